@@ -1,0 +1,2 @@
+//! kontakt
+fn main() {}

@@ -1,0 +1,1 @@
+//! PETSc behind a thin safe layer.
