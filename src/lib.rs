@@ -2,10 +2,12 @@
 #![warn(missing_docs)]
 
 pub mod case;
+pub mod contact;
 pub mod element;
 pub mod error;
 pub mod mesh;
 pub mod output;
+pub mod parallel;
 pub mod petsc;
 
 pub use error::{Error, Result};

@@ -1,1 +1,16 @@
-//! PETSc behind a thin safe layer.
+//! PETSc behind a thin safe layer: the calls the program makes, each checked, each handle freed on drop.
+//!
+//! All `unsafe` of the program that concerns PETSc is in this folder. Matrices and vectors live on a rank group's
+//! communicator; unless said otherwise a method is collective on it.
+mod error;
+mod linear;
+mod session;
+
+pub use linear::{Coordinates, Gather, Ksp, Matrix, Vector};
+pub use session::{Session, option_prefixes_left, set_options};
+
+#[allow(non_upper_case_globals, non_camel_case_types, non_snake_case, missing_docs, unused)]
+#[allow(unsafe_op_in_unsafe_fn, rustdoc::all, clippy::all)]
+mod sys {
+    include!(concat!(env!("OUT_DIR"), "/petsc.rs"));
+}

@@ -1,0 +1,187 @@
+//! A contact surface: its nodes in order, normals, facets, tributary areas.
+use super::vector::{combine, norm, sub, unit};
+use crate::mesh::{Facet, Mesh};
+use std::collections::HashMap;
+
+/// One side of a contact pair, as geometry. In two dimensions a chain (or several) of edges.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surface {
+    /// Mesh node of each surface node; ordered along the surface, the body to the left.
+    pub nodes: Vec<u32>,
+    /// Node coordinates, m.
+    pub points: Vec<[f64; 3]>,
+    /// Outward unit normals at the nodes: mean of the adjacent facets' normals.
+    pub normals: Vec<[f64; 3]>,
+    /// Arc length from the first node, m.
+    pub s: Vec<f64>,
+    /// Facets as indices into `nodes`: the two ends and, if quadratic, the mid-side node.
+    pub facets: Vec<Vec<u32>>,
+    /// Tributary area of each node, int N_i t ds, m2.
+    pub weights: Vec<f64>,
+}
+
+/// Shape functions of a two- or three-node line at `xi` in [-1, 1], and their derivatives.
+pub fn line_shape(n_nodes: usize, xi: f64) -> ([f64; 3], [f64; 3]) {
+    match n_nodes {
+        2 => ([0.5 * (1.0 - xi), 0.5 * (1.0 + xi), 0.0], [-0.5, 0.5, 0.0]),
+        _ => (
+            [0.5 * xi * (xi - 1.0), 0.5 * xi * (xi + 1.0), 1.0 - xi * xi],
+            [xi - 0.5, xi + 0.5, -2.0 * xi],
+        ),
+    }
+}
+
+impl Surface {
+    /// The surface made of `facets` of `mesh`; `thickness` scales the tributary areas.
+    pub fn new(mesh: &Mesh, facets: &[Facet], thickness: f64) -> Surface {
+        let mut surface = Surface::default();
+        let mut local: HashMap<u32, u32> = HashMap::new();
+        let mut length = 0.0;
+        for facet in in_order(mesh, facets) {
+            let global: Vec<u32> = mesh.facet_nodes(facet).collect();
+            let points: Vec<[f64; 3]> = global.iter().map(|&g| mesh.points[g as usize]).collect();
+            // Along the chain: start, middle, end.
+            let (arc, total) = arc_lengths(&points);
+            let order: &[usize] = if global.len() == 3 { &[0, 2, 1] } else { &[0, 1] };
+            for &i in order {
+                local.entry(global[i]).or_insert_with(|| {
+                    surface.nodes.push(global[i]);
+                    surface.points.push(points[i]);
+                    surface.s.push(length + arc[i]);
+                    surface.nodes.len() as u32 - 1
+                });
+            }
+            length += total;
+            surface.facets.push(global.iter().map(|g| local[g]).collect());
+        }
+        surface.normals = vec![[0.0; 3]; surface.nodes.len()];
+        surface.weights = vec![0.0; surface.nodes.len()];
+        for f in 0..surface.facets.len() {
+            for (i, node) in surface.facets[f].clone().into_iter().enumerate() {
+                let normal = unit(&surface.area_vector(f, [-1.0, 1.0, 0.0][i]));
+                let sum = &mut surface.normals[node as usize];
+                *sum = combine([(1.0, &*sum), (1.0, &normal)]);
+            }
+            for (xi, weight) in GAUSS3 {
+                let (n, _) = line_shape(surface.facets[f].len(), xi);
+                let area = weight * norm(&surface.area_vector(f, xi)) * thickness;
+                for (i, &node) in surface.facets[f].iter().enumerate() {
+                    surface.weights[node as usize] += n[i] * area;
+                }
+            }
+        }
+        surface.normals.iter_mut().for_each(|n| *n = unit(n));
+        surface
+    }
+
+    /// Point of facet `f` at `xi`.
+    pub fn point(&self, f: usize, xi: f64) -> [f64; 3] {
+        let (n, _) = line_shape(self.facets[f].len(), xi);
+        combine(self.facets[f].iter().enumerate().map(|(i, &node)| (n[i], &self.points[node as usize])))
+    }
+
+    /// dx/dxi of facet `f` at `xi`.
+    pub fn tangent(&self, f: usize, xi: f64) -> [f64; 3] {
+        let (_, dn) = line_shape(self.facets[f].len(), xi);
+        combine(self.facets[f].iter().enumerate().map(|(i, &node)| (dn[i], &self.points[node as usize])))
+    }
+
+    /// Outward normal times ds/dxi: the tangent turned clockwise, since the body lies to its left.
+    pub fn area_vector(&self, f: usize, xi: f64) -> [f64; 3] {
+        let t = self.tangent(f, xi);
+        [t[1], -t[0], 0.0]
+    }
+
+    /// Distance between the ends of facet `f`, m.
+    pub fn facet_size(&self, f: usize) -> f64 {
+        let ends = &self.facets[f];
+        norm(&sub(&self.points[ends[1] as usize], &self.points[ends[0] as usize]))
+    }
+
+    /// Diagonal of the bounding box, m.
+    pub fn extent(&self) -> f64 {
+        let (low, high) =
+            self.points.iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), p| {
+                (std::array::from_fn(|i| low[i].min(p[i])), std::array::from_fn(|i| high[i].max(p[i])))
+            });
+        if self.points.is_empty() { 0.0 } else { norm(&sub(&high, &low)) }
+    }
+
+    /// Numbers that [`Surface::unpack`] turns back into the surface.
+    pub fn pack(&self) -> Vec<f64> {
+        let mut out = vec![self.nodes.len() as f64, self.facets.len() as f64];
+        for i in 0..self.nodes.len() {
+            out.push(f64::from(self.nodes[i]));
+            out.extend(self.points[i]);
+            out.extend(self.normals[i]);
+            out.extend([self.s[i], self.weights[i]]);
+        }
+        for facet in &self.facets {
+            out.push(facet.len() as f64);
+            out.extend(facet.iter().map(|&node| f64::from(node)));
+        }
+        out
+    }
+
+    /// Inverse of [`Surface::pack`].
+    pub fn unpack(values: &[f64]) -> Surface {
+        let mut next = values.iter().copied();
+        let mut take = || next.next().unwrap_or(f64::NAN);
+        let (n_nodes, n_facets) = (take() as usize, take() as usize);
+        let mut surface = Surface::default();
+        for _ in 0..n_nodes {
+            surface.nodes.push(take() as u32);
+            surface.points.push([take(), take(), take()]);
+            surface.normals.push([take(), take(), take()]);
+            surface.s.push(take());
+            surface.weights.push(take());
+        }
+        for _ in 0..n_facets {
+            let n = take() as usize;
+            surface.facets.push((0..n).map(|_| take() as u32).collect());
+        }
+        surface
+    }
+}
+
+/// Three-point Gauss rule on [-1, 1]: exact for the tributary areas of straight quadratic edges.
+const GAUSS3: [(f64, f64); 3] =
+    [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
+
+/// Arc length from the start to each node of a facet (ends first, then the middle), and in all.
+fn arc_lengths(points: &[[f64; 3]]) -> (Vec<f64>, f64) {
+    match points {
+        [a, b, m] => {
+            let half = norm(&sub(m, a));
+            let total = half + norm(&sub(b, m));
+            (vec![0.0, total, half], total)
+        }
+        [a, b, ..] => {
+            let total = norm(&sub(b, a));
+            (vec![0.0, total], total)
+        }
+        _ => (vec![0.0; points.len()], 0.0),
+    }
+}
+
+/// Facets chained end to start; an open chain begins at its free end, a closed one at the first facet given.
+fn in_order(mesh: &Mesh, facets: &[Facet]) -> Vec<Facet> {
+    let ends = |f: Facet| {
+        let mut nodes = mesh.facet_nodes(f);
+        (nodes.next().unwrap_or(0), nodes.next().unwrap_or(0))
+    };
+    let from: HashMap<u32, usize> = facets.iter().enumerate().map(|(i, &f)| (ends(f).0, i)).collect();
+    let into: HashMap<u32, usize> = facets.iter().enumerate().map(|(i, &f)| (ends(f).1, i)).collect();
+    let free = (0..facets.len()).filter(|&i| !into.contains_key(&ends(facets[i]).0));
+    let mut seen = vec![false; facets.len()];
+    let mut ordered = Vec::with_capacity(facets.len());
+    for start in free.chain(0..facets.len()) {
+        let mut at = Some(start);
+        while let Some(i) = at.filter(|&i| !seen[i]) {
+            seen[i] = true;
+            ordered.push(facets[i]);
+            at = from.get(&ends(facets[i]).1).copied();
+        }
+    }
+    ordered
+}

@@ -1,0 +1,140 @@
+//! Ranks: how they are dealt to bodies, how they agree on errors, how the two sides of a pair exchange vectors.
+//!
+//! Collective calls appear here, in [`crate::petsc`] and in [`crate::output`], and say so.
+mod deal;
+mod exchange;
+
+pub use deal::{Share, deal};
+pub use exchange::{Exchange, Partner};
+
+use crate::error::{Error, Result};
+use mpi::{
+    collective::SystemOperation,
+    topology::{Color, SimpleCommunicator},
+    traits::*,
+};
+use std::time::Duration;
+
+/// The communicators of this rank.
+pub struct Groups {
+    /// All ranks.
+    pub world: SimpleCommunicator,
+    /// The rank group this rank belongs to.
+    pub group: SimpleCommunicator,
+    /// The first ranks of all groups, which run the alternation; `None` on the others.
+    pub roots: Option<SimpleCommunicator>,
+    /// All groups, in the order of their ranks.
+    pub shares: Vec<Share>,
+    /// Index of this rank's group in `shares`.
+    pub own: usize,
+}
+
+impl Groups {
+    /// Splits `world` into rank groups, given each body's cost. Collective.
+    pub fn new(world: &SimpleCommunicator, costs: &[usize]) -> Groups {
+        let shares = deal(costs, world.size() as usize);
+        let rank = world.rank() as usize;
+        let own = shares.iter().position(|s| s.ranks.contains(&rank)).expect("every rank is dealt");
+        let group = world.split_by_color(Color::with_value(own as i32)).expect("the color is defined");
+        let is_root = rank == shares[own].ranks.start;
+        let color = if is_root { Color::with_value(0) } else { Color::undefined() };
+        Groups { world: world.duplicate(), group, roots: world.split_by_color(color), shares, own }
+    }
+
+    /// Bodies of this rank's group.
+    pub fn bodies(&self) -> &[usize] {
+        &self.shares[self.own].bodies
+    }
+
+    /// Index, in `shares` and in the roots' communicator, of the group that owns a body.
+    pub fn group_of(&self, body: usize) -> usize {
+        self.shares.iter().position(|s| s.bodies.contains(&body)).expect("every body is dealt")
+    }
+
+    /// True on the first rank of the group.
+    pub fn is_root(&self) -> bool {
+        self.roots.is_some()
+    }
+}
+
+/// Makes all ranks of `comm` leave with the same result: if any has an error, all return the error of the lowest such
+/// rank. Collective.
+pub fn agree<T>(comm: &SimpleCommunicator, result: Result<T>) -> Result<T> {
+    let (rank, size) = (comm.rank(), comm.size());
+    let failed = if result.is_err() { rank } else { size };
+    let mut first = size;
+    comm.all_reduce_into(&failed, &mut first, SystemOperation::min());
+    if first == size {
+        return result;
+    }
+    let mut code = result.as_ref().err().map_or(0, Error::exit_code);
+    let mut text = result.err().map_or_else(Vec::new, |e| e.to_string().into_bytes());
+    let root = comm.process_at_rank(first);
+    let mut length = text.len() as u64;
+    root.broadcast_into(&mut code);
+    root.broadcast_into(&mut length);
+    text.resize(length as usize, 0);
+    root.broadcast_into(&mut text[..]);
+    let text = String::from_utf8_lossy(&text).into_owned();
+    Err(match code {
+        2 => Error::Input(text),
+        4 => Error::Unrestrained(text),
+        _ => Error::Internal(text),
+    })
+}
+
+/// Sum over all ranks, entry by entry. Collective.
+pub fn sum(comm: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
+    let mut total = vec![0.0; values.len()];
+    comm.all_reduce_into(values, &mut total[..], SystemOperation::sum());
+    total
+}
+
+/// Largest value over all ranks, entry by entry. Collective.
+pub fn max(comm: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
+    let mut largest = vec![0.0; values.len()];
+    comm.all_reduce_into(values, &mut largest[..], SystemOperation::max());
+    largest
+}
+
+/// A barrier that sleeps while it waits, so that ranks with nothing to do leave the cores to the others. Collective.
+pub fn idle_barrier(comm: &SimpleCommunicator) {
+    let mut request = comm.immediate_barrier();
+    while let Err(pending) = request.test() {
+        request = pending;
+        std::thread::sleep(Duration::from_micros(200));
+    }
+}
+
+/// Broadcasts a vector whose length only `root` knows. Collective.
+pub fn broadcast(comm: &SimpleCommunicator, root: i32, values: &mut Vec<f64>) {
+    let process = comm.process_at_rank(root);
+    let mut length = values.len() as u64;
+    process.broadcast_into(&mut length);
+    values.resize(length as usize, 0.0);
+    process.broadcast_into(&mut values[..]);
+}
+
+/// Brings a vector from every rank to rank 0, concatenated in rank order; empty elsewhere. Collective.
+pub fn gather(comm: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
+    let root = comm.process_at_rank(0);
+    let count = values.len() as i32;
+    if comm.rank() != 0 {
+        root.gather_into(&count);
+        root.gather_varcount_into(values);
+        return Vec::new();
+    }
+    let mut counts = vec![0; comm.size() as usize];
+    root.gather_into_root(&count, &mut counts[..]);
+    let displacements: Vec<i32> = counts
+        .iter()
+        .scan(0, |end, &n| {
+            *end += n;
+            Some(*end - n)
+        })
+        .collect();
+    let mut all = vec![0.0; counts.iter().sum::<i32>() as usize];
+    let mut partition = mpi::datatype::PartitionMut::new(&mut all[..], &counts[..], &displacements[..]);
+    root.gather_varcount_into_root(values, &mut partition);
+    all
+}

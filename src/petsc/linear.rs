@@ -1,0 +1,291 @@
+//! Distributed vectors, matrices and solvers.
+use super::{error::check, sys};
+use crate::error::{Error, Result};
+use mpi::traits::{AsRaw, Communicator};
+use std::{ffi::CString, ptr};
+
+/// A block size that PETSc, hypre and GAMG use to see the displacement components of a node.
+pub type Coordinates<'a> = &'a [[f64; 3]];
+
+macro_rules! handle {
+    ($(#[$doc:meta])* $name:ident, $raw:ident, $destroy:ident) => {
+        $(#[$doc])*
+        pub struct $name(sys::$raw);
+        impl Drop for $name {
+            fn drop(&mut self) {
+                // SAFETY: the handle was created by PETSc and is destroyed once.
+                unsafe { sys::$destroy(&mut self.0) };
+            }
+        }
+    };
+}
+
+handle!(
+    /// A distributed vector; each rank owns a contiguous range of entries.
+    Vector, Vec, VecDestroy
+);
+handle!(
+    /// A distributed sparse matrix (AIJ).
+    Matrix, Mat, MatDestroy
+);
+handle!(
+    /// A linear solver with its options prefix.
+    Ksp, KSP, KSPDestroy
+);
+handle!(Index, IS, ISDestroy);
+handle!(Scatter, VecScatter, VecScatterDestroy);
+handle!(Dense, Mat, MatDestroy);
+handle!(NullSpace, MatNullSpace, MatNullSpaceDestroy);
+
+/// Calls `create(&mut handle)`.
+fn make<T>(create: impl FnOnce(*mut *mut T) -> sys::PetscErrorCode) -> Result<*mut T> {
+    let mut handle = ptr::null_mut();
+    check(create(&mut handle))?;
+    Ok(handle)
+}
+
+fn int(n: usize) -> Result<i32> {
+    i32::try_from(n).map_err(|_| Error::internal(format!("{n} does not fit PETSc's 32-bit integers")))
+}
+
+impl Vector {
+    /// Zero vector with `n_owned` entries on this rank.
+    pub fn zeros<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(comm: &C, n_owned: usize) -> Result<Self> {
+        let n = int(n_owned)?;
+        // SAFETY: a valid communicator and sizes.
+        let v = Vector(make(|v| unsafe { sys::VecCreateMPI(comm.as_raw(), n, sys::PETSC_DETERMINE, v) })?);
+        v.set(&vec![0.0; n_owned])?;
+        Ok(v)
+    }
+
+    /// Number of entries on this rank. Not collective.
+    pub fn n_owned(&self) -> usize {
+        let mut n = 0;
+        // SAFETY: valid handle.
+        unsafe { sys::VecGetLocalSize(self.0, &mut n) };
+        n as usize
+    }
+
+    /// Copy of this rank's entries. Not collective.
+    pub fn to_vec(&self) -> Result<Vec<f64>> {
+        let mut p = ptr::null();
+        // SAFETY: the array has `n_owned` entries and is given back before the handle changes.
+        unsafe {
+            check(sys::VecGetArrayRead(self.0, &mut p))?;
+            let values = std::slice::from_raw_parts(p, self.n_owned()).to_vec();
+            check(sys::VecRestoreArrayRead(self.0, &mut p))?;
+            Ok(values)
+        }
+    }
+
+    /// Sets this rank's entries. Not collective.
+    pub fn set(&self, values: &[f64]) -> Result<()> {
+        assert_eq!(values.len(), self.n_owned());
+        let mut p = ptr::null_mut();
+        // SAFETY: as above.
+        unsafe {
+            check(sys::VecGetArray(self.0, &mut p))?;
+            std::slice::from_raw_parts_mut(p, values.len()).copy_from_slice(values);
+            check(sys::VecRestoreArray(self.0, &mut p))
+        }
+    }
+
+    /// Adds `values` at global `indices`, which may belong to other ranks; then assembles.
+    pub fn add(&self, indices: &[i32], values: &[f64]) -> Result<()> {
+        assert_eq!(indices.len(), values.len());
+        // SAFETY: both slices have the stated length.
+        unsafe {
+            check(sys::VecSetValues(
+                self.0,
+                int(indices.len())?,
+                indices.as_ptr(),
+                values.as_ptr(),
+                sys::InsertMode::ADD_VALUES,
+            ))?;
+            check(sys::VecAssemblyBegin(self.0))?;
+            check(sys::VecAssemblyEnd(self.0))
+        }
+    }
+
+    /// Euclidean norm over all ranks.
+    pub fn norm(&self) -> Result<f64> {
+        let mut value = 0.0;
+        // SAFETY: valid handle.
+        check(unsafe { sys::VecNorm(self.0, sys::NormType::NORM_2, &mut value) })?;
+        Ok(value)
+    }
+}
+
+impl Matrix {
+    /// Symmetric positive definite matrix from (row, column, value) triples; equal positions are summed, entries of
+    /// other ranks' rows are sent there, a negative row or column is dropped.
+    ///
+    /// `n_owned` rows live on this rank; `block` is the number of displacement components of a node.
+    pub fn from_triples<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
+        comm: &C,
+        n_owned: usize,
+        block: usize,
+        (mut rows, mut columns): (Vec<i32>, Vec<i32>),
+        values: Vec<f64>,
+    ) -> Result<Self> {
+        assert!(rows.len() == values.len() && columns.len() == values.len());
+        let n = int(n_owned)?;
+        // SAFETY: the handle is valid from `make` on; the three arrays have the same length.
+        unsafe {
+            let a = Matrix(make(|a| sys::MatCreate(comm.as_raw(), a))?);
+            check(sys::MatSetSizes(a.0, n, n, sys::PETSC_DETERMINE, sys::PETSC_DETERMINE))?;
+            check(sys::MatSetType(a.0, sys::MATAIJ.as_ptr()))?;
+            check(sys::MatSetBlockSize(a.0, int(block)?))?;
+            check(sys::MatSetPreallocationCOO(
+                a.0,
+                values.len() as sys::PetscCount,
+                rows.as_mut_ptr(),
+                columns.as_mut_ptr(),
+            ))?;
+            drop((rows, columns));
+            check(sys::MatSetValuesCOO(a.0, values.as_ptr(), sys::InsertMode::INSERT_VALUES))?;
+            check(sys::MatSetOption(a.0, sys::MatOption::MAT_SPD, sys::PetscBool::PETSC_TRUE))?;
+            Ok(a)
+        }
+    }
+
+    /// Rigid modes as near null space, for algebraic multigrid; `points` are the owned nodes.
+    pub fn set_rigid_modes<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
+        &self,
+        comm: &C,
+        points: Coordinates,
+        dim: usize,
+    ) -> Result<()> {
+        let x = Vector::zeros(comm, points.len() * dim)?;
+        x.set(&points.iter().flat_map(|p| p[..dim].to_vec()).collect::<Vec<_>>())?;
+        // SAFETY: valid handles; the matrix keeps its own reference to the null space.
+        unsafe {
+            check(sys::VecSetBlockSize(x.0, int(dim)?))?;
+            let modes = NullSpace(make(|m| sys::MatNullSpaceCreateRigidBody(x.0, m))?);
+            check(sys::MatSetNearNullSpace(self.0, modes.0))
+        }
+    }
+
+    /// y = A x.
+    pub fn times(&self, x: &Vector, y: &Vector) -> Result<()> {
+        // SAFETY: valid handles of matching layout.
+        check(unsafe { sys::MatMult(self.0, x.0, y.0) })
+    }
+}
+
+impl Ksp {
+    /// A solver for `a`. Without options: one sparse Cholesky factorisation by MUMPS and nothing else; options with
+    /// the `prefix` change that. An unconverged solve is an error.
+    pub fn new<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
+        comm: &C,
+        a: &Matrix,
+        prefix: &str,
+    ) -> Result<Self> {
+        let prefix = CString::new(prefix).map_err(Error::internal)?;
+        // SAFETY: valid handles; PETSc copies the strings.
+        unsafe {
+            let ksp = Ksp(make(|k| sys::KSPCreate(comm.as_raw(), k))?);
+            check(sys::KSPSetOperators(ksp.0, a.0, a.0))?;
+            check(sys::KSPSetOptionsPrefix(ksp.0, prefix.as_ptr()))?;
+            check(sys::KSPSetType(ksp.0, sys::KSPPREONLY.as_ptr()))?;
+            let mut pc = ptr::null_mut();
+            check(sys::KSPGetPC(ksp.0, &mut pc))?;
+            check(sys::PCSetType(pc, sys::PCCHOLESKY.as_ptr()))?;
+            check(sys::PCFactorSetMatSolverType(pc, sys::MATSOLVERMUMPS.as_ptr()))?;
+            check(sys::KSPSetTolerances(ksp.0, 1e-12, 0.0, sys::PETSC_DEFAULT as f64, 10_000))?;
+            check(sys::KSPSetErrorIfNotConverged(ksp.0, sys::PetscBool::PETSC_TRUE))?;
+            check(sys::KSPSetFromOptions(ksp.0))?;
+            Ok(ksp)
+        }
+    }
+
+    /// Sets up the preconditioner: with the default options, factorises.
+    pub fn set_up(&self) -> Result<()> {
+        // SAFETY: valid handle.
+        check(unsafe { sys::KSPSetUp(self.0) })
+    }
+
+    /// Solves A x = b.
+    pub fn solve(&self, b: &Vector, x: &Vector) -> Result<()> {
+        // SAFETY: valid handles of matching layout.
+        check(unsafe { sys::KSPSolve(self.0, b.0, x.0) })
+    }
+
+    /// Solves for several right-hand sides at once. `columns` holds this rank's `n_owned` rows of each of the `n`
+    /// columns, column-major, and receives the solutions.
+    pub fn solve_many<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
+        &self,
+        comm: &C,
+        n_owned: usize,
+        n: usize,
+        columns: &mut [f64],
+    ) -> Result<()> {
+        assert_eq!(columns.len(), n_owned * n);
+        let dense = || -> Result<Dense> {
+            // SAFETY: PETSc allocates the storage.
+            Ok(Dense(make(|m| unsafe {
+                sys::MatCreateDense(
+                    comm.as_raw(),
+                    n_owned as i32,
+                    sys::PETSC_DECIDE,
+                    sys::PETSC_DETERMINE,
+                    n as i32,
+                    ptr::null_mut(),
+                    m,
+                )
+            })?))
+        };
+        let (b, x) = (dense()?, dense()?);
+        // SAFETY: a dense matrix stores n_owned x n values per rank, column-major, with leading dimension n_owned.
+        unsafe {
+            let mut p = ptr::null_mut();
+            check(sys::MatDenseGetArray(b.0, &mut p))?;
+            std::slice::from_raw_parts_mut(p, columns.len()).copy_from_slice(columns);
+            check(sys::MatDenseRestoreArray(b.0, &mut p))?;
+            for m in [&b, &x] {
+                check(sys::MatAssemblyBegin(m.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
+                check(sys::MatAssemblyEnd(m.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
+            }
+            check(sys::KSPMatSolve(self.0, b.0, x.0))?;
+            let mut p = ptr::null();
+            check(sys::MatDenseGetArrayRead(x.0, &mut p))?;
+            columns.copy_from_slice(std::slice::from_raw_parts(p, columns.len()));
+            check(sys::MatDenseRestoreArrayRead(x.0, &mut p))
+        }
+    }
+}
+
+/// Brings chosen entries of a distributed vector to this rank.
+pub struct Gather {
+    scatter: Scatter,
+    local: Vector,
+}
+
+impl Gather {
+    /// Entries at the global `indices` of vectors laid out like `model`.
+    pub fn new(model: &Vector, indices: &[i32]) -> Result<Self> {
+        let n = int(indices.len())?;
+        // SAFETY: valid handles; PETSc copies the indices.
+        unsafe {
+            let own = sys::RSMPI_COMM_SELF;
+            let local = Vector(make(|v| sys::VecCreateSeq(own, n, v))?);
+            let from = Index(make(|s| {
+                sys::ISCreateGeneral(own, n, indices.as_ptr(), sys::PetscCopyMode::PETSC_COPY_VALUES, s)
+            })?);
+            let scatter =
+                Scatter(make(|s| sys::VecScatterCreate(model.0, from.0, local.0, ptr::null_mut(), s))?);
+            Ok(Gather { scatter, local })
+        }
+    }
+
+    /// The entries of `x`, in the order of the indices.
+    pub fn get(&self, x: &Vector) -> Result<Vec<f64>> {
+        let (mode, insert) = (sys::ScatterMode::SCATTER_FORWARD, sys::InsertMode::INSERT_VALUES);
+        // SAFETY: valid handles of the layout given to `new`.
+        unsafe {
+            check(sys::VecScatterBegin(self.scatter.0, x.0, self.local.0, insert, mode))?;
+            check(sys::VecScatterEnd(self.scatter.0, x.0, self.local.0, insert, mode))?;
+        }
+        self.local.to_vec()
+    }
+}

@@ -1,0 +1,55 @@
+//! Start and end of PETSc, and its options database.
+use super::{
+    error::{check, record},
+    sys,
+};
+use crate::error::{Error, Result};
+use std::{
+    ffi::{CStr, CString},
+    ptr,
+};
+
+/// PETSc, from initialisation to finalisation. MPI must be initialised before and finalised after.
+pub struct Session(());
+
+impl Session {
+    /// Initialises PETSc on `MPI_COMM_WORLD`; errors are returned, not printed, and signals are left alone.
+    pub fn start() -> Result<Session> {
+        // SAFETY: plain calls; the handler is a static function.
+        unsafe {
+            check(sys::PetscInitializeNoArguments())?;
+            check(sys::PetscPopSignalHandler())?;
+            check(sys::PetscPushErrorHandler(Some(record), ptr::null_mut()))?;
+        }
+        Ok(Session(()))
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        // SAFETY: PETSc is initialised while a `Session` lives.
+        unsafe { sys::PetscFinalize() };
+    }
+}
+
+/// Adds options in PETSc's own syntax (`-body_upper_ksp_type cg`); later ones win.
+pub fn set_options(options: &str) -> Result<()> {
+    let text = CString::new(options).map_err(|_| Error::input("PETSc options must not contain NUL"))?;
+    // SAFETY: a null options object means the global database.
+    check(unsafe { sys::PetscOptionsInsertString(ptr::null_mut(), text.as_ptr()) })
+}
+
+/// Names of options starting with `prefix` that nothing has asked for: most likely misspelt.
+pub fn option_prefixes_left(prefix: &str) -> Result<Vec<String>> {
+    let (mut n, mut names, mut values) = (0, ptr::null_mut(), ptr::null_mut());
+    // SAFETY: PETSc fills the three outputs; they are read before they are given back.
+    unsafe {
+        check(sys::PetscOptionsLeftGet(ptr::null_mut(), &mut n, &mut names, &mut values))?;
+        let left = (0..n as usize)
+            .map(|i| CStr::from_ptr(*names.add(i)).to_string_lossy().into_owned())
+            .filter(|name| name.starts_with(prefix))
+            .collect();
+        check(sys::PetscOptionsLeftRestore(ptr::null_mut(), &mut n, &mut names, &mut values))?;
+        Ok(left)
+    }
+}
