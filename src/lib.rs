@@ -5,6 +5,7 @@ pub mod case;
 pub mod contact;
 pub mod element;
 pub mod error;
+pub mod material;
 pub mod mesh;
 pub mod output;
 pub mod parallel;
