@@ -10,5 +10,6 @@ pub mod mesh;
 pub mod output;
 pub mod parallel;
 pub mod petsc;
+pub mod schwarz;
 
 pub use error::{Error, Result};

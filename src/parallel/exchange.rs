@@ -15,10 +15,10 @@ pub enum Partner {
     },
 }
 
-/// The exchange between sides. One side of every pair is "A", the other "B".
+/// The exchange between the sides of pairs, held by the first rank of every group.
 pub struct Exchange<'a> {
-    /// Communicator of the group roots.
-    pub comm: &'a SimpleCommunicator,
+    /// Communicator of the group roots; `None` in a process that holds every side itself.
+    pub comm: Option<&'a SimpleCommunicator>,
     /// Partner of each of this rank's sides.
     pub partners: Vec<Partner>,
 }
@@ -29,24 +29,22 @@ impl Exchange<'_> {
     pub fn swap(&self, out: &[Vec<f64>]) -> Vec<Vec<f64>> {
         assert_eq!(out.len(), self.partners.len());
         mpi::request::scope(|scope| {
-            let requests: Vec<_> = std::iter::zip(out, &self.partners)
-                .filter_map(|(values, partner)| match *partner {
-                    Partner::Here(_) => None,
-                    Partner::Remote { rank, pair } => Some(
-                        self.comm
-                            .process_at_rank(rank)
-                            .immediate_send_with_tag(scope, &values[..], pair as i32),
-                    ),
-                })
-                .collect();
+            let mut requests = Vec::new();
+            for (values, partner) in std::iter::zip(out, &self.partners) {
+                if let (Partner::Remote { rank, pair }, Some(comm)) = (*partner, self.comm) {
+                    let to = comm.process_at_rank(rank);
+                    requests.push(to.immediate_send_with_tag(scope, &values[..], pair as i32));
+                }
+            }
             let received = self
                 .partners
                 .iter()
-                .map(|partner| match *partner {
-                    Partner::Here(side) => out[side].clone(),
-                    Partner::Remote { rank, pair } => {
-                        self.comm.process_at_rank(rank).receive_vec_with_tag(pair as i32).0
+                .map(|partner| match (*partner, self.comm) {
+                    (Partner::Here(side), _) => out[side].clone(),
+                    (Partner::Remote { rank, pair }, Some(comm)) => {
+                        comm.process_at_rank(rank).receive_vec_with_tag(pair as i32).0
                     }
+                    (Partner::Remote { .. }, None) => unreachable!("a remote side needs a communicator"),
                 })
                 .collect();
             for request in requests {
@@ -54,5 +52,15 @@ impl Exchange<'_> {
             }
             received
         })
+    }
+
+    /// Sum over the group roots, entry by entry. Collective on them.
+    pub fn sum(&self, values: &[f64]) -> Vec<f64> {
+        self.comm.map_or_else(|| values.to_vec(), |comm| super::sum(comm, values))
+    }
+
+    /// Largest value over the group roots, entry by entry. Collective on them.
+    pub fn max(&self, values: &[f64]) -> Vec<f64> {
+        self.comm.map_or_else(|| values.to_vec(), |comm| super::max(comm, values))
     }
 }
