@@ -1,7 +1,7 @@
 //! Quadrature rules on the reference elements and facets.
 //!
-//! Sources: Gauss-Legendre; triangles of degree 2 and 5: Zienkiewicz, Taylor, Zhu, 7th ed., table 6.3 (Radon's rule
-//! for degree 5). Weights add up to the reference area: 4 for a quadrilateral, 1/2 for a triangle, 2 for a line.
+//! Lines and quadrilaterals: Gauss-Legendre. Triangles: the centroid rule; Hammer and Stroud's three points
+//! (degree 2); Radon's seven points (degree 5, Monatsh. Math. 52 (1948) 286). Weights add up to the reference area: 4 for a quadrilateral, 1/2 for a triangle, 2 for a line.
 use super::{ElementKind, FacetKind};
 use crate::case::Formulation;
 

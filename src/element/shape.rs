@@ -1,8 +1,8 @@
 //! Shape functions of the element kinds and of their facets, on the reference element.
 //!
 //! Quadrilaterals live on [-1, 1]^2, triangles on xi, eta >= 0, xi + eta <= 1, facets on [-1, 1].
-//! Source: Zienkiewicz, Taylor, Zhu, "The Finite Element Method: Its Basis and Fundamentals", 7th ed., sections
-//! 6.2 (quadrilaterals, serendipity) and 6.3 (triangles).
+//! Source: Zienkiewicz, Taylor, Zhu, "The Finite Element Method: Its Basis and Fundamentals", chapter on shape
+//! functions (serendipity quadrilaterals, triangles in area coordinates).
 use super::ElementKind;
 
 /// Most nodes an element can have.
