@@ -1,4 +1,16 @@
 //! The mesh of a body: points, cells by kind, named surfaces.
+mod components;
+mod generate;
+mod part;
+mod partition;
+#[cfg(test)]
+mod testing;
+
+pub use components::components;
+pub use generate::generate;
+pub use part::{MeshPart, Numbering};
+pub use partition::partition;
+
 use crate::element::ElementKind;
 use std::collections::BTreeMap;
 
@@ -36,6 +48,11 @@ impl Cell {
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..self.kind.n_nodes()]
     }
+
+    /// Nodes of one of its sides: the two ends, then the mid-side node; the cell lies to the left.
+    pub fn facet_nodes(&self, side: u8) -> impl Iterator<Item = u32> + '_ {
+        self.kind.facets()[side as usize].iter().map(|&i| self.nodes[i])
+    }
 }
 
 /// A boundary facet: a side of a cell.
@@ -50,7 +67,31 @@ pub struct Facet {
 impl Mesh {
     /// Nodes of a facet: the two ends, then the mid-side node; the body lies to the left.
     pub fn facet_nodes(&self, facet: Facet) -> impl Iterator<Item = u32> + '_ {
-        let cell = &self.cells[facet.cell as usize];
-        cell.kind.facets()[facet.side as usize].iter().map(move |&i| cell.nodes()[i])
+        self.cells[facet.cell as usize].facet_nodes(facet.side)
+    }
+
+    /// Every side of every cell with its two end nodes, smaller number first.
+    pub fn sides(&self) -> impl Iterator<Item = ((u32, u32), Facet)> + '_ {
+        self.cells.iter().enumerate().flat_map(|(c, cell)| {
+            cell.kind.facets().iter().enumerate().map(move |(s, local)| {
+                let (a, b) = (cell.nodes()[local[0]], cell.nodes()[local[1]]);
+                ((a.min(b), a.max(b)), Facet { cell: c as u32, side: s as u8 })
+            })
+        })
+    }
+
+    /// Adds another mesh's nodes, cells and surfaces, unconnected to these; surfaces of one name become one.
+    pub fn append(&mut self, other: &Mesh) {
+        let (n_nodes, n_cells) = (self.points.len() as u32, self.cells.len() as u32);
+        self.dim = self.dim.max(other.dim);
+        self.points.extend_from_slice(&other.points);
+        for cell in &other.cells {
+            let nodes: Vec<u32> = cell.nodes().iter().map(|n| n + n_nodes).collect();
+            self.cells.push(Cell::new(cell.kind, &nodes));
+        }
+        for (name, facets) in &other.surfaces {
+            let moved = facets.iter().map(|f| Facet { cell: f.cell + n_cells, side: f.side });
+            self.surfaces.entry(name.clone()).or_default().extend(moved);
+        }
     }
 }
