@@ -41,7 +41,9 @@ pub struct SolidElement {
 /// The formulation an element kind uses: the one asked for, or its default.
 ///
 /// Defaults: quad4 enhanced, quad8 reduced, because these lock neither in bending nor near incompressibility; triangles
-/// standard. The text of an error says what the kind can do.
+/// standard. With 2 x 2 points a quad8 has one free mode more than the rigid ones, which no two neighbours share: a body
+/// of a single reduced quad8 is not held by supports that would hold a rigid body. The text of an error says what
+/// the kind can do.
 pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Result<Formulation, String> {
     use Formulation::{Enhanced, Reduced, Standard};
     match (kind, asked) {
@@ -57,7 +59,7 @@ pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Re
     }
 }
 
-/// Most displacement modes times components.
+/// Components times the most displacement modes.
 const MAX_DOFS: usize = 2 * MAX_NODES;
 
 /// The element with all its modes, before the internal ones are eliminated.
@@ -271,4 +273,22 @@ fn force_of(g: &[f64; 3], stress: &[f64; 3]) -> [f64; 2] {
 
 fn times(h: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
     h.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Formulation::{Enhanced, Reduced, Standard};
+
+    #[test]
+    fn defaults_and_refusals() {
+        let default = |kind| resolve(kind, None).unwrap();
+        assert_eq!(ElementKind::ALL.map(default), [Standard, Standard, Enhanced, Reduced]);
+        for kind in ElementKind::ALL {
+            assert_eq!(resolve(kind, Some(Standard)), Ok(Standard));
+        }
+        assert!(resolve(ElementKind::Tri6, Some(Enhanced)).unwrap_err().contains("tri6"));
+        assert!(resolve(ElementKind::Quad8, Some(Enhanced)).unwrap_err().contains("only quad4"));
+        assert!(resolve(ElementKind::Quad4, Some(Reduced)).unwrap_err().contains("only quad8"));
+    }
 }
