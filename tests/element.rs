@@ -51,7 +51,8 @@ fn rigid_motions_cost_no_force_and_nothing_else_is_free() {
             assert!((&k * u).amax() < 1e-13 * k.amax(), "{element:?}");
         }
         assert!((&k - k.transpose()).amax() < 1e-14 * k.amax());
-        // 2 x 2 points give a quad8 at most rank 12: one more mode, which no two neighbours can share (next test).
+        // 2 x 2 points give a quad8 at most rank 12: one more mode, which no two neighbours can share (next
+        // test).
         let spurious = usize::from(element.formulation() == Formulation::Reduced);
         assert_eq!(n_zero(k), 3 + spurious, "{element:?}");
     }
@@ -153,7 +154,8 @@ fn assert_constant<L: Fn(&[f64; 3]) -> PointLaw>(system: &System<L>, u: &[f64], 
     }
 }
 
-/// Tip deflection of a beam (10 x 1, one row of 5 cells) under an end moment over that of the beam formula M L^2/(2 E I).
+/// Tip deflection of a beam (10 x 1, one row of 5 cells) under an end moment over that of the beam formula M
+/// L^2/(2 E I).
 fn bending(element: SolidElement) -> f64 {
     let mesh = Mesh::grid(element, 5, 1, |s, t| [10. * s, t - 0.5]);
     let law = material(2.1e11, 0.3, PLANE_STRESS).law(None);
@@ -180,7 +182,8 @@ fn one_row_of_quadrilaterals_bends_like_a_beam() {
     assert!(locked < 0.8, "standard quad4: {locked}");
 }
 
-/// u_r(a) over the exact value for a thick cylinder under internal pressure (VERIFICATION H02), a quarter ring.
+/// u_r(a) over the exact value for a thick cylinder under internal pressure (Lame), modelled by a quarter
+/// ring.
 fn cylinder(element: SolidElement, n_radial: usize, n_around: usize, nu: f64) -> f64 {
     let (a, b, p, young) = (0.05_f64, 0.1_f64, 1e8, 2.1e11);
     let mesh = Mesh::grid(element, n_radial, n_around, |s, t| {
@@ -211,7 +214,7 @@ fn a_nearly_incompressible_cylinder_does_not_lock() {
     }
 }
 
-/// The reference values of VERIFICATION H02: they show that the mesh above would reveal locking.
+/// Reference values from an independent program: they show that the mesh above would reveal locking.
 #[test]
 fn standard_quadrilaterals_lock_as_known() {
     for (kind, n_radial, expected) in [

@@ -1,7 +1,7 @@
 //! Convergence orders of every element on a smooth manufactured solution.
 //!
-//! Plane strain, unit square, cells bent by a smooth map: L2 error of the displacement O(h^(p+1)), energy norm O(h^p)
-//! with p = 1 for tri3 and quad4, 2 for tri6 and quad8.
+//! Plane strain, unit square, cells bent by a smooth map: L2 error of the displacement O(h^(p+1)), energy
+//! norm O(h^p) with p = 1 for tri3 and quad4, 2 for tri6 and quad8.
 mod fe;
 
 use fe::*;

@@ -24,7 +24,8 @@ pub fn body_load(
     Ok(())
 }
 
-/// Adds the nodal forces of a traction on a facet, f_a += int N_a p t ds, N, to `f` (dof = 2 node + component).
+/// Adds the nodal forces of a traction on a facet, f_a += int N_a p t ds, N, to `f` (dof = 2 node +
+/// component).
 ///
 /// `x`: coordinates of the facet's nodes in the order of [`ElementKind::facets`], m; `thickness`, m;
 /// `traction(x, n)`: Pa, from the position and the outward unit normal there. Curved facets keep their curve.
@@ -44,8 +45,8 @@ pub fn facet_load(
     });
 }
 
-/// Adds int N_a t ds, m2, to `weights`: the area of the facet that belongs to each of its nodes. They add up to
-/// the facet's area.
+/// Adds int N_a t ds, m2, to `weights`: the area of the facet that belongs to each of its nodes. They add up
+/// to the facet's area.
 pub fn facet_weights(x: &[[f64; 3]], thickness: f64, weights: &mut [f64]) {
     for_facet_points(x, |n, _, _, length| {
         for (weight, n) in weights.iter_mut().zip(n) {
@@ -54,8 +55,8 @@ pub fn facet_weights(x: &[[f64; 3]], thickness: f64, weights: &mut [f64]) {
     });
 }
 
-/// Calls `at(N, x, outward unit normal, weight ds)` at each quadrature point. With the tangent t = dx/ds the body
-/// lies to the left, so the outward normal is (t_y, -t_x)/|t|.
+/// Calls `at(N, x, outward unit normal, weight ds)` at each quadrature point. With the tangent t = dx/ds the
+/// body lies to the left, so the outward normal is (t_y, -t_x)/|t|.
 fn for_facet_points(x: &[[f64; 3]], mut at: impl FnMut(&[f64; 3], &[f64; 3], &[f64; 3], f64)) {
     let kind = FacetKind::with_nodes(x.len());
     for point in facet_rule(kind) {
@@ -113,7 +114,7 @@ mod tests {
 
     #[test]
     fn weights_of_a_curved_facet_add_up_to_the_arc_and_a_closed_pressure_has_no_resultant() {
-        // Quarter circle in one line3: length of the parabola through three points, 1.5692 by fine subdivision.
+        // Quarter circle in one line3; the length of its parabola by fine subdivision.
         let h = 0.5_f64.sqrt();
         let x = [[1., 0., 0.], [0., 1., 0.], [h, h, 0.]];
         let at = |s: f64| {

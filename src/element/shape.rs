@@ -1,7 +1,7 @@
 //! Shape functions of the element kinds and of their facets, on the reference element.
 //!
-//! Quadrilaterals live on [-1, 1]^2, triangles on xi, eta >= 0, xi + eta <= 1, facets on [-1, 1].
-//! Source: Zienkiewicz, Taylor, Zhu, "The Finite Element Method: Its Basis and Fundamentals", chapter on shape
+//! Quadrilaterals live on [-1, 1]^2, triangles on xi, eta >= 0, xi + eta <= 1, facets on [-1, 1]. Source:
+//! Zienkiewicz, Taylor, Zhu, "The Finite Element Method: Its Basis and Fundamentals", chapter on shape
 //! functions (serendipity quadrilaterals, triangles in area coordinates).
 use super::ElementKind;
 

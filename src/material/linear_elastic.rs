@@ -1,8 +1,9 @@
 //! Isotropic linear elasticity with thermal strain, in plane stress and plane strain.
 //!
-//! Sources: METHOD section 1 and eqs. (5), (5a), (5b) of the paper. With dT = T - Tref and the mean coefficient alpha(T):
-//! plane stress H = E/(1 - nu^2) [1 nu 0; nu 1 0; 0 0 (1 - nu)/2], eps0 = alpha dT (1, 1, 0);
-//! plane strain the same with E/(1 - nu^2), nu/(1 - nu) and (1 + nu) alpha in the place of E, nu and alpha.
+//! Source: Stankevich, Yakovlev, Si Tu Htet (2012), eqs. (5), (5a), (5b). With dT = T - Tref and the mean
+//! coefficient alpha(T): plane stress H = E/(1 - nu^2) [1 nu 0; nu 1 0; 0 0 (1 - nu)/2], eps0 = alpha dT (1,
+//! 1, 0); plane strain the same with E/(1 - nu^2), nu/(1 - nu) and (1 + nu) alpha in the place of E, nu and
+//! alpha.
 use crate::case::{Analysis, MaterialCase, Property};
 use crate::element::PointLaw;
 
@@ -64,8 +65,8 @@ impl LinearElastic {
         [xx, yy, zz, xy, 0., 0.]
     }
 
-    /// Total strain (xx, yy, zz, xy, yz, xz) from the total in-plane strain (11, 22, gamma12). The shear is the tensor
-    /// component eps_xy = gamma12 / 2, not the engineering one.
+    /// Total strain (xx, yy, zz, xy, yz, xz) from the total in-plane strain (11, 22, gamma12). The shear is
+    /// the tensor component eps_xy = gamma12 / 2, not the engineering one.
     ///
     /// eps_zz is 0 in plane strain and -nu/E (sigma_xx + sigma_yy) + alpha dT in plane stress.
     pub fn strain(&self, strain: [f64; 3], temperature: Option<f64>) -> [f64; 6] {
@@ -79,7 +80,8 @@ impl LinearElastic {
         [strain[0], strain[1], zz, 0.5 * strain[2], 0., 0.]
     }
 
-    /// Modulus of the plane problem at the reference temperature, Pa: E in plane stress, E/(1 - nu^2) in plane strain.
+    /// Modulus of the plane problem at the reference temperature, Pa: E in plane stress, E/(1 - nu^2) in
+    /// plane strain.
     pub fn plane_modulus(&self) -> f64 {
         let p = self.at(None);
         if self.plane_strain { p.young / (1. - p.poisson * p.poisson) } else { p.young }
@@ -123,7 +125,8 @@ mod tests {
         }
     }
 
-    /// Hooke's law in three dimensions, eps_i = (s_i - nu (s_j + s_k))/E + alpha dT, on what the plane law returns.
+    /// Hooke's law in three dimensions, eps_i = (s_i - nu (s_j + s_k))/E + alpha dT, on what the plane law
+    /// returns.
     #[test]
     fn all_components_obey_hookes_law_in_three_dimensions() {
         for analysis in [PLANE_STRESS, PLANE_STRAIN] {
