@@ -1,4 +1,5 @@
-//! What an element's map from reference to body gives at a point: position, area and shape function gradients.
+//! What an element's map from reference to body gives at a point: position, area and shape function
+//! gradients.
 use super::shape::{MAX_NODES, Shape};
 use super::{ElementKind, QuadraturePoint};
 use crate::{Error, Result};

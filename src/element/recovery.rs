@@ -5,10 +5,10 @@ use crate::Result;
 impl SolidElement {
     /// Values at the nodes from values at the quadrature points.
     ///
-    /// tri3: the constant. tri6: the linear function through the three points. Quadrilaterals: a + b xi + c eta +
-    /// d xi eta, through the 2 x 2 points, or fitted to the 3 x 3 points by least squares with the Gauss weights
-    /// (the fit takes the values of the quadratic at the 2 x 2 points, where stresses are most accurate:
-    /// Barlow, Int. J. Numer. Meth. Engng 10 (1976) 243).
+    /// tri3: the constant. tri6: the linear function through the three points. Quadrilaterals: a + b xi + c
+    /// eta + d xi eta, through the 2 x 2 points, or fitted to the 3 x 3 points by least squares with the
+    /// Gauss weights (the fit takes the values of the quadratic at the 2 x 2 points, where stresses are most
+    /// accurate: Barlow, Int. J. Numer. Meth. Engng 10 (1976) 243).
     pub fn to_nodes<const N: usize>(&self, at_points: &[[f64; N]], at_nodes: &mut [[f64; N]]) {
         match self.kind() {
             ElementKind::Tri3 => at_nodes.fill(at_points[0]),

@@ -1,7 +1,7 @@
 //! Shape functions of the element kinds and of their facets, on the reference element.
 //!
-//! Quadrilaterals live on [-1, 1]^2, triangles on xi, eta >= 0, xi + eta <= 1, facets on [-1, 1].
-//! Source: Zienkiewicz, Taylor, Zhu, "The Finite Element Method: Its Basis and Fundamentals", chapter on shape
+//! Quadrilaterals live on [-1, 1]^2, triangles on xi, eta >= 0, xi + eta <= 1, facets on [-1, 1]. Source:
+//! Zienkiewicz, Taylor, Zhu, "The Finite Element Method: Its Basis and Fundamentals", chapter on shape
 //! functions (serendipity quadrilaterals, triangles in area coordinates).
 use super::ElementKind;
 
@@ -70,31 +70,24 @@ impl ElementKind {
     }
 }
 
-/// Area coordinates L = (1 - xi - eta, xi, eta) and their derivatives.
-fn area_coordinates(xi: &[f64; 3]) -> ([f64; 3], [[f64; 2]; 3]) {
-    ([1. - xi[0] - xi[1], xi[0], xi[1]], [[-1., -1.], [1., 0.], [0., 1.]])
-}
+/// Derivatives of the area coordinates L = (1 - xi - eta, xi, eta).
+const DL: [[f64; 3]; 3] = [[-1., -1., 0.], [1., 0., 0.], [0., 1., 0.]];
 
 /// N_a = L_a.
 fn tri3(xi: &[f64; 3], shape: &mut Shape) {
-    let (l, dl) = area_coordinates(xi);
-    for a in 0..3 {
-        shape.n[a] = l[a];
-        shape.dn[a] = [dl[a][0], dl[a][1], 0.];
-    }
+    shape.n[..3].copy_from_slice(&[1. - xi[0] - xi[1], xi[0], xi[1]]);
+    shape.dn[..3].copy_from_slice(&DL);
 }
 
 /// Corners N_a = L_a (2 L_a - 1), mid-sides N = 4 L_a L_b.
 fn tri6(xi: &[f64; 3], shape: &mut Shape) {
-    let (l, dl) = area_coordinates(xi);
+    let l = [1. - xi[0] - xi[1], xi[0], xi[1]];
     for a in 0..3 {
         let b = (a + 1) % 3;
         shape.n[a] = l[a] * (2. * l[a] - 1.);
+        shape.dn[a] = DL[a].map(|d| (4. * l[a] - 1.) * d);
         shape.n[a + 3] = 4. * l[a] * l[b];
-        for j in 0..2 {
-            shape.dn[a][j] = (4. * l[a] - 1.) * dl[a][j];
-            shape.dn[a + 3][j] = 4. * (l[b] * dl[a][j] + l[a] * dl[b][j]);
-        }
+        shape.dn[a + 3] = std::array::from_fn(|j| 4. * (l[b] * DL[a][j] + l[a] * DL[b][j]));
     }
 }
 

@@ -1,12 +1,13 @@
 //! Stiffness, strains and internal forces of a solid element.
 //!
-//! Every element is a set of displacement modes: its shape functions and, in the enhanced quad4, two incompatible
-//! modes, whose four amplitudes are eliminated inside the element. Strain B u and force B^T sigma are formed mode by
-//! mode in [`strain_of`] and [`force_of`]; the material enters only through [`PointLaw`].
+//! Every element is a set of displacement modes: its shape functions and, in the enhanced quad4, two
+//! incompatible modes, whose four amplitudes are eliminated inside the element. Strain B u and force B^T
+//! sigma are formed mode by mode in [`strain_of`] and [`force_of`]; the material enters only through
+//! [`PointLaw`].
 //!
-//! Incompatible modes m = 1, 2, in the form of Simo and Rifai, Int. J. Numer. Meth. Engng 29 (1990) 1595 (four
-//! parameters), which is that of Taylor, Beresford and Wilson, ibid. 10 (1976) 1211: the modes xi_m^2 / 2 with the
-//! gradient det J0 / det J  xi_m  J0^-T e_m, J0 the Jacobian at the centre. Its integral over the
+//! Incompatible modes m = 1, 2, in the form of Simo and Rifai, Int. J. Numer. Meth. Engng 29 (1990) 1595
+//! (four parameters), which is that of Taylor, Beresford and Wilson, ibid. 10 (1976) 1211: the modes xi_m^2 /
+//! 2 with the gradient det J0 / det J  xi_m  J0^-T e_m, J0 the Jacobian at the centre. Its integral over the
 //! element is zero on any shape, so that the patch test holds.
 use super::geometry::Jacobian;
 use super::{ElementKind, MAX_NODES, PointGeometry, QuadraturePoint, stiffness_rule};
@@ -40,8 +41,10 @@ pub struct SolidElement {
 
 /// The formulation an element kind uses: the one asked for, or its default.
 ///
-/// Defaults: quad4 enhanced, quad8 reduced, because these lock neither in bending nor near incompressibility; triangles
-/// standard. The text of an error says what the kind can do.
+/// Defaults: quad4 enhanced, quad8 reduced, because these lock neither in bending nor near incompressibility;
+/// triangles standard. With 2 x 2 points a quad8 has one free mode more than the rigid ones, which no two
+/// neighbours share: a body of a single reduced quad8 is not held by supports that would hold a rigid body.
+/// The text of an error says what the kind can do.
 pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Result<Formulation, String> {
     use Formulation::{Enhanced, Reduced, Standard};
     match (kind, asked) {
@@ -57,7 +60,7 @@ pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Re
     }
 }
 
-/// Most displacement modes times components.
+/// Components times the most displacement modes.
 const MAX_DOFS: usize = 2 * MAX_NODES;
 
 /// The element with all its modes, before the internal ones are eliminated.
@@ -100,8 +103,8 @@ impl SolidElement {
     /// Stiffness `k` (2n x 2n, row-major, dof = 2 node + component, N/m) and the load of the initial strain
     /// `f` = int B^T H eps0 t dA (N); both are overwritten. Nodal forces are k u - f.
     ///
-    /// `x`: node coordinates, m; `thickness`, m; `law(point, N)`: the law at a quadrature point, given its index and
-    /// the shape functions there (to interpolate nodal values such as the temperature).
+    /// `x`: node coordinates, m; `thickness`, m; `law(point, N)`: the law at a quadrature point, given its
+    /// index and the shape functions there (to interpolate nodal values such as the temperature).
     pub fn stiffness(
         &self,
         x: &[[f64; 3]],
@@ -152,8 +155,8 @@ impl SolidElement {
         Ok(())
     }
 
-    /// Internal forces `f` = int B^T sigma t dA (2n, N; overwritten) of in-plane stresses (11, 22, 12), Pa, at the
-    /// quadrature points.
+    /// Internal forces `f` = int B^T sigma t dA (2n, N; overwritten) of in-plane stresses (11, 22, 12), Pa,
+    /// at the quadrature points.
     pub fn internal_force(
         &self,
         x: &[[f64; 3]],
@@ -207,8 +210,8 @@ impl SolidElement {
         Ok(full)
     }
 
-    /// Gaussian elimination of the internal amplitudes, the last one first. What is left in the leading block is the
-    /// condensed element; the internal rows keep what [`Self::recover_internal`] needs.
+    /// Gaussian elimination of the internal amplitudes, the last one first. What is left in the leading block
+    /// is the condensed element; the internal rows keep what [`Self::recover_internal`] needs.
     fn eliminate_internal(&self, full: &mut Full) {
         for p in (2 * self.kind.n_nodes()..2 * self.n_modes()).rev() {
             let (row, f) = (full.k[p], full.f[p]);
@@ -271,4 +274,22 @@ fn force_of(g: &[f64; 3], stress: &[f64; 3]) -> [f64; 2] {
 
 fn times(h: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
     h.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Formulation::{Enhanced, Reduced, Standard};
+
+    #[test]
+    fn defaults_and_refusals() {
+        let default = |kind| resolve(kind, None).unwrap();
+        assert_eq!(ElementKind::ALL.map(default), [Standard, Standard, Enhanced, Reduced]);
+        for kind in ElementKind::ALL {
+            assert_eq!(resolve(kind, Some(Standard)), Ok(Standard));
+        }
+        assert!(resolve(ElementKind::Tri6, Some(Enhanced)).unwrap_err().contains("tri6"));
+        assert!(resolve(ElementKind::Quad8, Some(Enhanced)).unwrap_err().contains("only quad4"));
+        assert!(resolve(ElementKind::Quad4, Some(Reduced)).unwrap_err().contains("only quad8"));
+    }
 }

@@ -1,4 +1,4 @@
-//! A small finite element program for the element tests: structured meshes, dense-profile Cholesky, no MPI.
+//! A small finite element program for the element tests: structured meshes, band Cholesky, no MPI.
 // Each test program uses its own part of this.
 #![allow(dead_code)]
 use kontakt::case::{Analysis, MaterialCase, Property};
@@ -36,7 +36,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// nx x ny cells (each two triangles with alternating diagonals, or a quadrilateral) on the image of the unit square.
+    /// nx x ny cells (each two triangles with alternating diagonals, or a quadrilateral) on the image of the
+    /// unit square.
     pub fn grid(element: SolidElement, nx: usize, ny: usize, map: impl Fn(f64, f64) -> [f64; 2]) -> Mesh {
         let kind = element.kind();
         // Lattice with the mid-side points; nodes are numbered along its rows as cells ask for them.
