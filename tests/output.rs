@@ -6,7 +6,7 @@ use kontakt::output::*;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// mpirun with the settings that make it usable in containers, as root and on few cores.
 fn mpirun(ranks: usize) -> Command {
@@ -274,4 +274,93 @@ fn an_error_on_one_rank_is_returned_on_all() {
         },
         |directory, _| assert_eq!(names(directory), ["file"]),
     );
+}
+
+/// A piece of some megabytes per rank.
+fn big_piece(n: usize) -> Piece {
+    let field = Field { name: "stress".into(), unit: "Pa", components: 6, values: vec![1.0; 6 * n] };
+    Piece { points: vec![[0.0; 3]; n], point_fields: vec![field], ..Piece::default() }
+}
+
+/// Caps the size of files this process can write: what a full disk is, for one rank only.
+fn limit_file_size(bytes: u64) {
+    let limit = libc::rlimit { rlim_cur: bytes, rlim_max: libc::RLIM_INFINITY };
+    // SAFETY: plain system calls; the signal that would end the process is ignored, so that writing fails.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+        assert_eq!(libc::setrlimit(libc::RLIMIT_FSIZE, &limit), 0);
+    }
+}
+
+#[test]
+fn a_full_disk_ends_all_ranks_alike() {
+    on_ranks(
+        "a_full_disk_ends_all_ranks_alike",
+        &[3],
+        |world, directory| {
+            let path = directory.join(RESULT);
+            write_standard(world, &path).unwrap();
+            let (piece, run) = (big_piece(200_000), run_info(Units::Si));
+            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            if world.rank() == 0 {
+                limit_file_size(2_000_000);
+            }
+            let e = write(world, &path, &file).unwrap_err();
+            assert_eq!(e.exit_code(), 1, "{e}");
+            assert!(e.to_string().contains("cannot write"), "{e}");
+        },
+        // The old file is as it was, and nothing else is left.
+        |directory, _| {
+            check_standard(&directory.join(RESULT), 3);
+            assert_eq!(names(directory), [RESULT]);
+        },
+    );
+}
+
+/// The first rank writes files one after the other until it is killed in the middle of one.
+#[test]
+fn a_killed_run_leaves_no_file_that_looks_complete() {
+    const NAME: &str = "a_killed_run_leaves_no_file_that_looks_complete";
+    if std::env::var_os("KONTAKT_TEST_DIR").is_some() {
+        on_ranks(
+            NAME,
+            &[],
+            |world, directory| {
+                std::fs::write(
+                    directory.join(format!("pid{}", world.rank())),
+                    std::process::id().to_string(),
+                )
+                .unwrap();
+                world.barrier();
+                let (piece, run) = (big_piece(200_000), run_info(Units::Si));
+                let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+                loop {
+                    write(world, &directory.join(RESULT), &file).unwrap();
+                }
+            },
+            |_, _| {},
+        );
+        return;
+    }
+    for (rank, wait_for_old) in [(0, false), (1, false), (0, true), (1, true)] {
+        let directory = tempfile::tempdir().unwrap();
+        let (result, part) =
+            (directory.path().join(RESULT), directory.path().join(format!(".{RESULT}.part")));
+        let mut run =
+            child(NAME, 2, directory.path()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let half_written = || std::fs::metadata(&part).is_ok_and(|m| m.len() > 1_000_000);
+        while !half_written() || (wait_for_old && !result.exists()) {
+            assert!(run.try_wait().unwrap().is_none(), "the writer ended by itself");
+            std::thread::yield_now();
+        }
+        let pid = std::fs::read_to_string(directory.path().join(format!("pid{rank}"))).unwrap();
+        // SAFETY: a signal to the process of that rank, which only ends by it.
+        unsafe { libc::kill(pid.parse().unwrap(), libc::SIGKILL) };
+        assert!(!run.wait().unwrap().success());
+        assert!(part.exists(), "the run was killed between two files: nothing was tested");
+        assert_eq!(result.exists(), wait_for_old);
+        if wait_for_old {
+            assert_eq!(Results::read(&result).unwrap().piece.points.len(), 400_000);
+        }
+    }
 }
