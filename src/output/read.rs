@@ -1,0 +1,190 @@
+//! Reading `result.vtkhdf` back, by one process.
+use super::hdf5_text::{read_string_attribute, read_strings};
+use super::{Field, HistoryRow, PairTables, Piece, Reason, ResultFile, RunInfo, SideTable};
+use crate::case::{Analysis, Units};
+use crate::element::ElementKind;
+use crate::error::{Error, Result};
+use crate::mesh::Cell;
+use hdf5::{Dataset, File, Group, H5Type};
+use std::path::Path;
+
+/// A result file in memory, the partitions joined.
+#[derive(Debug, Clone)]
+pub struct Results {
+    /// All partitions, one after the other.
+    pub piece: Piece,
+    /// First point and first cell of each partition.
+    pub partitions: Vec<[usize; 2]>,
+    /// The contact pairs, both sides present.
+    pub pairs: Vec<PairTables>,
+    /// The alternations.
+    pub history: Vec<HistoryRow>,
+    /// What was run.
+    pub run: RunInfo,
+}
+
+impl Results {
+    /// Reads a file. Not collective.
+    pub fn read(path: &Path) -> Result<Self> {
+        let wrong =
+            |e: Error| Error::input(format!("{} is not a result file of kontakt: {e}", path.display()));
+        let file =
+            File::open(path).map_err(|e| Error::input(format!("cannot read {}: {e}", path.display())))?;
+        Self::from_file(&file).map_err(wrong)
+    }
+
+    fn from_file(file: &File) -> Result<Self> {
+        let (piece, partitions) = read_grid(&file.group("VTKHDF")?)?;
+        let run = read_run(&file.group("run")?)?;
+        let contact = file.group("contact")?;
+        let pairs = contact.groups()?.iter().map(read_pair).collect::<Result<Vec<_>>>()?;
+        let history = read_history(&file.group("history")?)?;
+        ResultFile { piece: &piece, pairs: &pairs, history: &history, run: &run }.check()?;
+        Ok(Results { piece, partitions, pairs, history, run })
+    }
+}
+
+fn read_grid(group: &Group) -> Result<(Piece, Vec<[usize; 2]>)> {
+    let n_points = group.dataset("NumberOfPoints")?.read_raw::<u64>()?;
+    let n_cells = group.dataset("NumberOfCells")?.read_raw::<u64>()?;
+    let n_connectivity = group.dataset("NumberOfConnectivityIds")?.read_raw::<u64>()?;
+    let points = read_vectors(&group.dataset("Points")?)?;
+    let connectivity = group.dataset("Connectivity")?.read_raw::<u32>()?;
+    let types = group.dataset("Types")?.read_raw::<u8>()?;
+
+    let mut cells = Vec::with_capacity(types.len());
+    let mut partitions = Vec::new();
+    let mut types = types.iter();
+    let (mut first_point, mut first_node) = (0, 0);
+    for ((&n_points, &n_cells), &n_nodes) in n_points.iter().zip(&n_cells).zip(&n_connectivity) {
+        partitions.push([first_point, cells.len()]);
+        let end = first_node + n_nodes as usize;
+        let mut nodes =
+            connectivity.get(first_node..end).ok_or_else(|| Error::input("Connectivity is too short"))?;
+        for vtk_type in types.by_ref().take(n_cells as usize) {
+            let (cell, rest) = read_cell(*vtk_type, nodes, first_point)?;
+            cells.push(cell);
+            nodes = rest;
+        }
+        first_point += n_points as usize;
+        first_node = end;
+    }
+    let cell_data = group.group("CellData")?;
+    let piece = Piece {
+        points,
+        cells,
+        cell_bodies: cell_data.dataset("body")?.read_raw()?,
+        point_fields: read_fields(&group.group("PointData")?)?,
+        cell_fields: read_fields(&cell_data)?,
+    };
+    Ok((piece, partitions))
+}
+
+/// A cell, its nodes counted from the first of all points, and the nodes after it.
+fn read_cell(vtk_type: u8, nodes: &[u32], first_point: usize) -> Result<(Cell, &[u32])> {
+    let kind = ElementKind::ALL.into_iter().find(|kind| kind.vtk_type() == vtk_type);
+    let kind = kind.ok_or_else(|| Error::input(format!("unknown VTK cell type {vtk_type}")))?;
+    let (own, rest) =
+        nodes.split_at_checked(kind.n_nodes()).ok_or_else(|| Error::input("Connectivity is too short"))?;
+    let own: Vec<u32> = own.iter().map(|&i| i.saturating_add(first_point as u32)).collect();
+    Ok((Cell::new(kind, &own), rest))
+}
+
+fn read_vectors(dataset: &Dataset) -> Result<Vec<[f64; 3]>> {
+    let values = dataset.read_raw::<f64>()?;
+    let (vectors, rest) = values.as_chunks();
+    if !rest.is_empty() || dataset.shape().get(1) != Some(&3) {
+        return Err(Error::input(format!("{} must have 3 columns", dataset.name())));
+    }
+    Ok(vectors.to_vec())
+}
+
+/// The fields of a group: every dataset with a unit, in alphabetical order.
+fn read_fields(group: &Group) -> Result<Vec<Field>> {
+    const UNITS: [&str; 5] = ["m", "Pa", "K", "N", "-"];
+    let mut fields = Vec::new();
+    for dataset in group.datasets()? {
+        let Ok(unit) = read_string_attribute(&dataset, "unit") else { continue };
+        let unit = UNITS.into_iter().find(|known| *known == unit).unwrap_or("");
+        let name = dataset.name().rsplit('/').next().unwrap_or_default().to_owned();
+        let components = dataset.shape().get(1).copied().unwrap_or(1);
+        fields.push(Field { name, unit, components, values: dataset.read_raw()? });
+    }
+    Ok(fields)
+}
+
+fn read_pair(group: &Group) -> Result<PairTables> {
+    let (a, b) = (group.group("a")?, group.group("b")?);
+    Ok(PairTables {
+        name: read_string_attribute(group, "name")?,
+        surfaces: [read_string_attribute(&a, "surface")?, read_string_attribute(&b, "surface")?],
+        sides: [Some(read_side(&a)?), Some(read_side(&b)?)],
+    })
+}
+
+fn read_side(group: &Group) -> Result<SideTable> {
+    Ok(SideTable {
+        s: read(group, "s")?,
+        x: read_vectors(&group.dataset("x")?)?,
+        normal: read_vectors(&group.dataset("normal")?)?,
+        gap: read(group, "gap")?,
+        pressure: read(group, "pressure")?,
+        force: read_vectors(&group.dataset("force")?)?,
+        status: read(group, "status")?,
+    })
+}
+
+fn read_history(group: &Group) -> Result<Vec<HistoryRow>> {
+    let alternation = read::<u64>(group, "alternation")?;
+    let active = read::<u64>(group, "active")?;
+    let column = |name| read::<f64>(group, name);
+    let columns = [
+        column("displacement_jump")?,
+        column("force_imbalance")?,
+        column("contraction")?,
+        column("seconds")?,
+    ];
+    if active.len() != alternation.len() || columns.iter().any(|c| c.len() != alternation.len()) {
+        return Err(Error::input("the columns of the history differ in length"));
+    }
+    let [displacement_jump, force_imbalance, contraction, seconds] = columns;
+    let row = |i: usize| HistoryRow {
+        alternation: alternation[i],
+        displacement_jump: displacement_jump[i],
+        force_imbalance: force_imbalance[i],
+        active: active[i],
+        contraction: contraction[i],
+        seconds: seconds[i],
+    };
+    Ok((0..alternation.len()).map(row).collect())
+}
+
+fn read<T: H5Type>(group: &Group, name: &str) -> Result<Vec<T>> {
+    Ok(group.dataset(name)?.read_raw()?)
+}
+
+fn read_run(group: &Group) -> Result<RunInfo> {
+    let text = |name| read_string_attribute(group, name);
+    let thickness = group.attr("thickness")?.read_scalar()?;
+    let reason = text("reason")?;
+    let unknown = |what: &str, name: &str| Error::input(format!("unknown {what} \"{name}\""));
+    Ok(RunInfo {
+        case: text("case")?,
+        title: text("title")?,
+        variant: Some(text("variant")?).filter(|variant| !variant.is_empty()),
+        text: read_strings(&group.dataset("case_text")?)?.concat(),
+        units: if text("units")? == "SI" { Units::Si } else { Units::Consistent },
+        analysis: match text("analysis")?.as_str() {
+            "plane_stress" => Analysis::PlaneStress { thickness },
+            "plane_strain" => Analysis::PlaneStrain { thickness },
+            other => return Err(unknown("analysis", other)),
+        },
+        bodies: read_strings(&group.dataset("bodies")?)?,
+        reason: Reason::ALL
+            .into_iter()
+            .find(|r| r.name() == reason)
+            .ok_or_else(|| unknown("reason", &reason))?,
+        alternations: group.attr("alternations")?.read_scalar()?,
+        tolerance: group.attr("tolerance")?.read_scalar()?,
+    })
+}

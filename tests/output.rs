@@ -1,0 +1,366 @@
+//! The result file: written by 1, 2 and 3 ranks, read back and compared with what each rank held.
+use kontakt::case::{Analysis, Units};
+use kontakt::element::ElementKind;
+use kontakt::mesh::Cell;
+use kontakt::output::*;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::*;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// mpirun with the settings that make it usable in containers, as root and on few cores.
+fn mpirun(ranks: usize) -> Command {
+    let mut command = Command::new("timeout"); // a deadlock must fail, not hang
+    command.args(["--kill-after=5", "120", "mpirun", "-n", &ranks.to_string()]);
+    for (key, value) in [
+        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+        ("OMPI_MCA_mpi_yield_when_idle", "1"),
+        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+        ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+    ] {
+        command.env(key, value);
+    }
+    command
+}
+
+/// Re-runs the test `name` of this executable on some ranks.
+fn child(name: &str, ranks: usize, directory: &Path) -> Command {
+    let mut command = mpirun(ranks);
+    command.arg(std::env::current_exe().unwrap());
+    command.args(["--exact", name, "--nocapture", "--test-threads=1"]).env("KONTAKT_TEST_DIR", directory);
+    command
+}
+
+/// Runs `body` on every rank, in a directory that lives until all are done; then `after` in this process.
+fn on_ranks(name: &str, ranks: &[usize], body: fn(&SimpleCommunicator, &Path), after: fn(&Path, usize)) {
+    if let Some(directory) = std::env::var_os("KONTAKT_TEST_DIR") {
+        let universe = mpi::initialize().unwrap();
+        // A panic on one rank would leave the others waiting: end all of them.
+        let run = || body(&universe.world(), Path::new(&directory));
+        if std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err() {
+            universe.world().abort(1);
+        }
+        return;
+    }
+    for &ranks in ranks {
+        let directory = tempfile::tempdir().unwrap();
+        let out = child(name, ranks, directory.path()).output().unwrap();
+        let [stdout, stderr] = [&out.stdout, &out.stderr].map(|text| String::from_utf8_lossy(text));
+        assert!(out.status.success(), "{ranks} ranks:\n{stdout}\n{stderr}");
+        // The libraries keep quiet: what is to be said comes back as an error.
+        assert!(!stderr.contains("HDF5"), "{stderr}");
+        after(directory.path(), ranks);
+    }
+}
+
+/// Two cells of different kinds on every rank but rank 1, which has none.
+fn piece(rank: i32) -> Piece {
+    let r = f64::from(rank);
+    let field = |name: &str, unit, components: usize, n: usize| Field {
+        name: name.into(),
+        unit,
+        components,
+        values: (0..components * n).map(|i| 1000.0 * r + i as f64 + 0.25).collect(),
+    };
+    let n = if rank == 1 { 0 } else { 1 };
+    let points =
+        vec![[r, 0.0, 0.0], [r + 1.0, 0.0, 0.0], [r + 1.0, 1.0, 0.0], [r, 1.0, 0.0], [r + 0.5, 2.0, 0.0]];
+    let cells = vec![Cell::new(ElementKind::Quad4, &[0, 1, 2, 3]), Cell::new(ElementKind::Tri3, &[3, 2, 4])];
+    Piece {
+        points: points[..5 * n].to_vec(),
+        cells: cells[..2 * n].to_vec(),
+        cell_bodies: vec![rank; 2 * n],
+        // In alphabetical order, as they are read back.
+        point_fields: vec![
+            field("displacement", "m", 3, 5 * n),
+            field("stress", "Pa", 6, 5 * n),
+            field("temperature", "K", 1, 5 * n),
+        ],
+        cell_fields: vec![field("stress", "Pa", 6, 2 * n), field("von_mises", "Pa", 1, 2 * n)],
+    }
+}
+
+fn side(k: f64, n: usize) -> SideTable {
+    let numbers = |factor: f64| (0..n).map(|i| k + factor * i as f64).collect::<Vec<_>>();
+    let vectors = |factor: f64| (0..n).map(|i| [k, factor, i as f64]).collect::<Vec<_>>();
+    SideTable {
+        s: numbers(0.5),
+        x: vectors(0.1),
+        normal: vectors(0.2),
+        gap: numbers(-0.25),
+        pressure: numbers(7.0),
+        force: vectors(0.3),
+        status: (0..n as i32).map(|i| i % 3).collect(),
+    }
+}
+
+/// The sides of the pairs lie on the last and on the first rank; side b of the second on none.
+fn pairs(rank: i32, size: i32) -> Vec<PairTables> {
+    let surfaces = ["upper.bottom".to_string(), "lower.top".to_string()];
+    let on = |owner, table: SideTable| (rank == owner).then_some(table);
+    let [first, last] = [0, size - 1];
+    vec![
+        PairTables {
+            name: "p/1 ä".into(),
+            surfaces: surfaces.clone(),
+            sides: [on(last, side(1.0, 4)), on(first, side(2.0, 3))],
+        },
+        PairTables { name: "q".into(), surfaces, sides: [on(last, side(3.0, 2)), None] },
+    ]
+}
+
+fn history() -> Vec<HistoryRow> {
+    let row = |i: u64| HistoryRow {
+        alternation: i + 1,
+        displacement_jump: 0.1f64.powi(i as i32),
+        force_imbalance: 1e-12,
+        active: 7 + i,
+        contraction: 0.1,
+        seconds: i as f64 * 0.5,
+    };
+    (0..3).map(row).collect()
+}
+
+fn run_info(units: Units) -> RunInfo {
+    RunInfo {
+        case: "heated-gap".into(),
+        title: "Gap of 10 µm".into(),
+        variant: Some("C".into()),
+        text: "title = \"x\"\n".repeat(10_000), // more than an attribute could hold
+        units,
+        analysis: Analysis::PlaneStrain { thickness: 0.02 },
+        bodies: vec!["upper".into(), "ló".into(), "c".into()],
+        reason: Reason::Converged,
+        alternations: 3,
+        tolerance: 1e-8,
+    }
+}
+
+/// Writes the standard file.
+fn write_standard(world: &SimpleCommunicator, path: &Path) -> kontakt::Result<()> {
+    let (rank, size) = (world.rank(), world.size());
+    let (piece, pairs, run) = (piece(rank), pairs(rank, size), run_info(Units::Si));
+    let history = if rank == 0 { history() } else { vec![] };
+    write(world, path, &ResultFile { piece: &piece, pairs: &pairs, history: &history, run: &run })
+}
+
+fn check_standard(path: &Path, ranks: i32) {
+    let read = Results::read(path).unwrap();
+    let expected: Vec<Piece> = (0..ranks).map(piece).collect();
+    assert_eq!(read.piece.points, expected.iter().flat_map(|p| p.points.clone()).collect::<Vec<_>>());
+    assert_eq!(
+        read.piece.cell_bodies,
+        expected.iter().flat_map(|p| p.cell_bodies.clone()).collect::<Vec<_>>()
+    );
+    let first: Vec<usize> =
+        (0..ranks as usize).map(|r| expected[..r].iter().map(|p| p.points.len()).sum()).collect();
+    assert_eq!(read.partitions.iter().map(|p| p[0]).collect::<Vec<_>>(), first);
+    let cells = expected.iter().zip(&first).flat_map(|(p, first)| {
+        p.cells.iter().map(move |c| {
+            let nodes: Vec<u32> = c.nodes().iter().map(|i| i + *first as u32).collect();
+            Cell::new(c.kind, &nodes)
+        })
+    });
+    assert_eq!(read.piece.cells, cells.collect::<Vec<_>>());
+    let fields: [fn(&Piece) -> &Vec<Field>; 2] = [|p| &p.point_fields, |p| &p.cell_fields];
+    for of in fields {
+        assert_eq!(of(&read.piece).len(), of(&expected[0]).len());
+        for (k, field) in of(&read.piece).iter().enumerate() {
+            let one = &of(&expected[0])[k];
+            assert_eq!((&field.name, field.unit, field.components), (&one.name, one.unit, one.components));
+            assert_eq!(
+                field.values,
+                expected.iter().flat_map(|p| of(p)[k].values.clone()).collect::<Vec<_>>()
+            );
+        }
+    }
+    let empty = SideTable::default();
+    for (name, k, table) in
+        [("p/1 ä", 0, side(1.0, 4)), ("p/1 ä", 1, side(2.0, 3)), ("q", 0, side(3.0, 2)), ("q", 1, empty)]
+    {
+        let pair = read.pairs.iter().find(|p| p.name == name).unwrap();
+        assert_eq!(pair.surfaces, ["upper.bottom", "lower.top"]);
+        let read = pair.sides[k].as_ref().unwrap();
+        assert_eq!(format!("{read:?}"), format!("{table:?}"));
+    }
+    assert_eq!(read.history, history());
+    assert_eq!(format!("{:?}", read.run), format!("{:?}", run_info(Units::Si)));
+}
+
+#[test]
+fn every_dataset_comes_back() {
+    on_ranks(
+        "every_dataset_comes_back",
+        &[1, 2, 3],
+        |world, directory| {
+            let directory = directory.join("new/results");
+            prepare(world, &directory).unwrap();
+            write_standard(world, &directory.join(RESULT)).unwrap();
+        },
+        |directory, ranks| {
+            let directory = directory.join("new/results");
+            check_standard(&directory.join(RESULT), ranks as i32);
+            assert_eq!(names(&directory), [RESULT]);
+            keep(&directory.join(RESULT), &format!("standard-{ranks}.vtkhdf"));
+        },
+    );
+}
+
+/// Copies a file to `KONTAKT_KEEP`, if set, to look at it with other tools.
+fn keep(file: &Path, name: &str) {
+    if let Some(directory) = std::env::var_os("KONTAKT_KEEP") {
+        std::fs::copy(file, PathBuf::from(directory).join(name)).unwrap();
+    }
+}
+
+/// Names in a directory, hidden ones included.
+fn names(directory: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(directory).unwrap();
+    let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn consistent_units_are_not_labelled() {
+    on_ranks(
+        "consistent_units_are_not_labelled",
+        &[1],
+        |world, directory| {
+            let (piece, run) = (piece(0), run_info(Units::Consistent));
+            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            write(world, &directory.join(RESULT), &file).unwrap();
+        },
+        |directory, _| {
+            let read = Results::read(&directory.join(RESULT)).unwrap();
+            assert!(read.piece.point_fields.iter().all(|field| field.unit.is_empty()));
+            assert_eq!(read.run.units, Units::Consistent);
+            assert!(read.pairs.is_empty() && read.history.is_empty());
+        },
+    );
+}
+
+#[test]
+fn an_error_on_one_rank_is_returned_on_all() {
+    on_ranks(
+        "an_error_on_one_rank_is_returned_on_all",
+        &[3],
+        |world, directory| {
+            // One rank has a field of the wrong length.
+            let (mut piece, run) = (piece(world.rank()), run_info(Units::Si));
+            if world.rank() == 2 {
+                piece.point_fields[1].values.pop();
+            }
+            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            let e = write(world, &directory.join(RESULT), &file).unwrap_err();
+            assert!(e.to_string().contains("\"stress\" has the wrong length"), "{e}");
+            // One rank has a field of another name.
+            if world.rank() == 2 {
+                piece.point_fields[1].values.push(0.0);
+                piece.point_fields[0].name = "other".into();
+            }
+            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            let e = write(world, &directory.join(RESULT), &file).unwrap_err();
+            assert!(e.to_string().contains("differ between ranks"), "{e}");
+            // The directory is not there: wrong input.
+            let e = write_standard(world, &directory.join("absent").join(RESULT)).unwrap_err();
+            assert_eq!(e.exit_code(), 2, "{e}");
+            // The directory cannot be made.
+            std::fs::write(directory.join("file"), "").unwrap();
+            let e = prepare(world, &directory.join("file/results")).unwrap_err();
+            assert_eq!(e.exit_code(), 2, "{e}");
+        },
+        |directory, _| assert_eq!(names(directory), ["file"]),
+    );
+}
+
+/// A piece of some megabytes per rank.
+fn big_piece(n: usize) -> Piece {
+    let field = Field { name: "stress".into(), unit: "Pa", components: 6, values: vec![1.0; 6 * n] };
+    Piece { points: vec![[0.0; 3]; n], point_fields: vec![field], ..Piece::default() }
+}
+
+/// Caps the size of files this process can write: what a full disk is, for one rank only.
+fn limit_file_size(bytes: u64) {
+    let limit = libc::rlimit { rlim_cur: bytes, rlim_max: libc::RLIM_INFINITY };
+    // SAFETY: plain system calls; the signal that would end the process is ignored, so that writing fails.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+        assert_eq!(libc::setrlimit(libc::RLIMIT_FSIZE, &limit), 0);
+    }
+}
+
+#[test]
+fn a_full_disk_ends_all_ranks_alike() {
+    on_ranks(
+        "a_full_disk_ends_all_ranks_alike",
+        &[3],
+        |world, directory| {
+            let path = directory.join(RESULT);
+            write_standard(world, &path).unwrap();
+            let (piece, run) = (big_piece(200_000), run_info(Units::Si));
+            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            if world.rank() == 0 {
+                limit_file_size(2_000_000);
+            }
+            let e = write(world, &path, &file).unwrap_err();
+            assert_eq!(e.exit_code(), 1, "{e}");
+            assert!(e.to_string().contains("cannot write"), "{e}");
+        },
+        // The old file is as it was, and nothing else is left.
+        |directory, _| {
+            check_standard(&directory.join(RESULT), 3);
+            assert_eq!(names(directory), [RESULT]);
+        },
+    );
+}
+
+/// The first rank writes files one after the other until it is killed in the middle of one.
+#[test]
+fn a_killed_run_leaves_no_file_that_looks_complete() {
+    const NAME: &str = "a_killed_run_leaves_no_file_that_looks_complete";
+    if std::env::var_os("KONTAKT_TEST_DIR").is_some() {
+        on_ranks(
+            NAME,
+            &[],
+            |world, directory| {
+                std::fs::write(
+                    directory.join(format!("pid{}", world.rank())),
+                    std::process::id().to_string(),
+                )
+                .unwrap();
+                world.barrier();
+                let (piece, run) = (big_piece(200_000), run_info(Units::Si));
+                let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+                loop {
+                    write(world, &directory.join(RESULT), &file).unwrap();
+                }
+            },
+            |_, _| {},
+        );
+        return;
+    }
+    for (rank, wait_for_old) in [(0, false), (1, false), (0, true), (1, true)] {
+        let directory = tempfile::tempdir().unwrap();
+        let (result, part) =
+            (directory.path().join(RESULT), directory.path().join(format!(".{RESULT}.part")));
+        let mut run =
+            child(NAME, 2, directory.path()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let half_written = || std::fs::metadata(&part).is_ok_and(|m| m.len() > 1_000_000);
+        while !half_written() || (wait_for_old && !result.exists()) {
+            assert!(run.try_wait().unwrap().is_none(), "the writer ended by itself");
+            std::thread::yield_now();
+        }
+        let pid = std::fs::read_to_string(directory.path().join(format!("pid{rank}"))).unwrap();
+        // SAFETY: a signal to the process of that rank, which only ends by it.
+        unsafe { libc::kill(pid.parse().unwrap(), libc::SIGKILL) };
+        assert!(!run.wait().unwrap().success());
+        assert!(part.exists(), "the run was killed between two files: nothing was tested");
+        assert_eq!(result.exists(), wait_for_old);
+        if wait_for_old {
+            assert_eq!(Results::read(&result).unwrap().piece.points.len(), 400_000);
+        }
+    }
+}
