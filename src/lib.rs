@@ -1,6 +1,7 @@
 //! Contact of several deformable bodies by the Schwarz alternating method on MPI rank groups.
 #![warn(missing_docs)]
 
+pub mod body;
 pub mod case;
 pub mod contact;
 pub mod element;

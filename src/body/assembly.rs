@@ -1,0 +1,276 @@
+//! Stiffness matrix and load vector.
+use super::{Constraints, Elements, NodeConstraint, region};
+use crate::{
+    case::{BodyCase, LoadKind, Region},
+    element::{MAX_NODES, body_load, facet_load, facet_weights},
+    error::{Error, Result},
+    material::LinearElastic,
+    mesh::{Cell, Facet, Mesh, MeshPart},
+    petsc::{Matrix, Vector},
+};
+use mpi::topology::SimpleCommunicator;
+use std::collections::HashSet;
+
+/// Largest number of unknowns of an element.
+const MAX_DOFS: usize = 3 * MAX_NODES;
+
+/// What assembly needs to know of a body.
+pub struct Parameters<'a> {
+    pub part: &'a MeshPart,
+    pub elements: &'a Elements,
+    pub law: &'a LinearElastic,
+    pub temperature: Option<&'a [f64]>,
+    pub constraints: &'a Constraints,
+    pub thickness: f64,
+}
+
+/// Coordinates of a cell's nodes.
+pub fn cell_points(part: &MeshPart, cell: &Cell, x: &mut [[f64; 3]; MAX_NODES]) {
+    for (x, &node) in x.iter_mut().zip(cell.nodes()) {
+        *x = part.points[node as usize];
+    }
+}
+
+/// Temperature at a quadrature point from the nodal values, given the shape functions there, K.
+pub fn temperature_at(temperature: Option<&[f64]>, cell: &Cell, n: &[f64]) -> Option<f64> {
+    let t = temperature?;
+    Some(std::iter::zip(cell.nodes(), n).map(|(&node, n)| n * t[node as usize]).sum())
+}
+
+impl Parameters<'_> {
+    /// The stiffness matrix with the supports eliminated (identity rows, symmetric), and the right-hand side in the
+    /// nodes' frames at the owned nodes: external forces, initial strain, prescribed displacements. Collective.
+    pub fn stiffness(&self, group: &SimpleCommunicator, external: &[f64]) -> Result<(Matrix, Vec<f64>)> {
+        let (part, dim) = (self.part, self.part.dim);
+        let own = &part.cells[..part.n_own_cells];
+        let entries: usize = own.iter().map(|c| (c.kind.n_nodes() * dim).pow(2)).sum();
+        let (mut rows, mut columns, mut values) =
+            (Vec::with_capacity(entries), Vec::with_capacity(entries), Vec::with_capacity(entries));
+        let mut rhs = vec![0.0; part.n_local * dim];
+        let mut x = [[0.0; 3]; MAX_NODES];
+        let (mut k, mut f) = ([0.0; MAX_DOFS * MAX_DOFS], [0.0; MAX_DOFS]);
+        let mut supports: [Option<&NodeConstraint>; MAX_NODES] = [None; MAX_NODES];
+        let mut global = [0_i32; MAX_DOFS];
+        let mut largest: f64 = 0.0;
+        for cell in own {
+            let n = cell.kind.n_nodes() * dim;
+            let (k, f) = (&mut k[..n * n], &mut f[..n]);
+            cell_points(part, cell, &mut x);
+            self.elements.of(cell.kind).stiffness(
+                &x[..cell.kind.n_nodes()],
+                self.thickness,
+                |_, shape| self.law.law(temperature_at(self.temperature, cell, shape)),
+                k,
+                f,
+            )?;
+            let mut supported = false;
+            for (a, &node) in cell.nodes().iter().enumerate() {
+                supports[a] = self.constraints.0.get(&node);
+                supported |= supports[a].is_some();
+                for c in 0..dim {
+                    global[a * dim + c] = (part.global[node as usize] as usize * dim + c) as i32;
+                }
+            }
+            if supported {
+                eliminate(&supports[..cell.kind.n_nodes()], dim, k, f, &mut global[..n]);
+            }
+            for (a, &node) in cell.nodes().iter().enumerate() {
+                for c in 0..dim {
+                    rhs[node as usize * dim + c] += f[a * dim + c];
+                    largest = largest.max(k[(a * dim + c) * (n + 1)]);
+                }
+            }
+            for i in 0..n {
+                for j in 0..n {
+                    rows.push(global[i]);
+                    columns.push(global[j]);
+                    values.push(k[i * n + j]);
+                }
+            }
+        }
+        // Identity rows, scaled like the rest of the diagonal, keep the supported unknowns in the system.
+        let scale = crate::parallel::max(group, &[largest])[0];
+        let owned = |node: u32| (node as usize) < part.n_owned;
+        let prescribed = self.constraints.0.iter().filter(|(node, _)| owned(**node));
+        let mut fixed = Vec::new();
+        for (&node, support) in prescribed {
+            for c in 0..dim {
+                if let Some(value) = support.prescribed[c] {
+                    let dof = (part.global[node as usize] as usize * dim + c) as i32;
+                    rows.push(dof);
+                    columns.push(dof);
+                    values.push(scale);
+                    fixed.push((node as usize * dim + c, scale * value));
+                }
+            }
+        }
+        let n_owned = part.n_owned * dim;
+        let load = self.sum_to_owners(group, &rhs)?;
+        let external = self.constraints.to_frames(external, dim);
+        let mut load: Vec<f64> = std::iter::zip(load, external).map(|(a, b)| a + b).collect();
+        fixed.into_iter().for_each(|(i, value)| load[i] = value);
+        Ok((Matrix::from_triples(group, n_owned, dim, (rows, columns), values)?, load))
+    }
+
+    /// External nodal forces at the owned nodes, N, in global axes. Collective.
+    pub fn external_forces(&self, case: &BodyCase, mesh: &Mesh, group: &SimpleCommunicator) -> Result<Vec<f64>> {
+        let (part, dim) = (self.part, self.part.dim);
+        let mut f = vec![0.0; part.n_local * dim];
+        for load in &case.loads {
+            match &load.kind {
+                LoadKind::BodyForce(b) => self.add_body_force(|x| std::array::from_fn(|i| b[i].at(x)), &mut f)?,
+                LoadKind::Traction(region, t) => {
+                    let facets = self.own_facets(case, mesh, region, &load.origin)?;
+                    self.add_traction(&facets, |x, _| std::array::from_fn(|i| t[i].at(x)), &mut f);
+                }
+                LoadKind::Pressure(region, p) => {
+                    let facets = self.own_facets(case, mesh, region, &load.origin)?;
+                    self.add_traction(&facets, |x, n| n.map(|n| -p.at(x) * n), &mut f);
+                }
+                LoadKind::Force(Region::Point(x), force) => {
+                    let node = region::find_node(mesh, &case.name, x, &load.origin)?;
+                    if let Some(i) = part.original[..part.n_owned].iter().position(|&o| o == node) {
+                        (0..dim).for_each(|c| f[i * dim + c] += force[c]);
+                    }
+                }
+                LoadKind::Force(region @ Region::Surface { name, within }, force) => {
+                    let all =
+                        region::find_facets(mesh, &case.name, name, within.as_ref(), &load.origin)?;
+                    let area = facet_area(mesh, &all, self.thickness);
+                    let facets = self.own_facets(case, mesh, region, &load.origin)?;
+                    self.add_traction(&facets, |_, _| force.map(|f| f / area), &mut f);
+                }
+            }
+        }
+        if f.iter().any(|f| !f.is_finite()) {
+            return Err(Error::input(format!("body '{}': a load is not finite at a node", case.name)));
+        }
+        self.sum_to_owners(group, &f)
+    }
+
+    fn add_body_force(&self, b: impl Fn(&[f64; 3]) -> [f64; 3], f: &mut [f64]) -> Result<()> {
+        let (part, dim) = (self.part, self.part.dim);
+        let mut x = [[0.0; 3]; MAX_NODES];
+        for cell in &part.cells[..part.n_own_cells] {
+            let n = cell.kind.n_nodes();
+            let mut local = [0.0; MAX_DOFS];
+            cell_points(part, cell, &mut x);
+            body_load(cell.kind, &x[..n], self.thickness, &b, &mut local[..n * dim])?;
+            for (a, &node) in cell.nodes().iter().enumerate() {
+                (0..dim).for_each(|c| f[node as usize * dim + c] += local[a * dim + c]);
+            }
+        }
+        Ok(())
+    }
+
+    fn add_traction(&self, facets: &[Facet], t: impl Fn(&[f64; 3], &[f64; 3]) -> [f64; 3], f: &mut [f64]) {
+        let (part, dim) = (self.part, self.part.dim);
+        for facet in facets {
+            let cell = &part.cells[facet.cell as usize];
+            let nodes = cell.kind.facets()[facet.side as usize].iter().map(|&i| cell.nodes()[i] as usize);
+            let nodes: Vec<usize> = nodes.collect();
+            let x: Vec<[f64; 3]> = nodes.iter().map(|&i| part.points[i]).collect();
+            let mut local = vec![0.0; nodes.len() * dim];
+            facet_load(&x, self.thickness, &t, &mut local);
+            for (a, &node) in nodes.iter().enumerate() {
+                (0..dim).for_each(|c| f[node * dim + c] += local[a * dim + c]);
+            }
+        }
+    }
+
+    /// This rank's facets of a region of the body.
+    fn own_facets(
+        &self,
+        case: &BodyCase,
+        mesh: &Mesh,
+        region: &Region,
+        origin: &crate::case::Origin,
+    ) -> Result<Vec<Facet>> {
+        let Region::Surface { name, within } = region else {
+            return Err(origin.error("needs a surface, not a point"));
+        };
+        let all = region::find_facets(mesh, &case.name, name, within.as_ref(), origin)?;
+        let all: HashSet<(u32, u8)> = all.into_iter().map(|f| (f.cell, f.side)).collect();
+        let own = self.part.surfaces.get(name).map_or(&[][..], Vec::as_slice);
+        let original = |f: &Facet| (self.part.original_cells[f.cell as usize], f.side);
+        Ok(own.iter().copied().filter(|f| all.contains(&original(f))).collect())
+    }
+
+    /// Sums contributions at local nodes to their owners. Collective.
+    fn sum_to_owners(&self, group: &SimpleCommunicator, local: &[f64]) -> Result<Vec<f64>> {
+        let (part, dim) = (self.part, self.part.dim);
+        let n_owned = part.n_owned * dim;
+        let v = Vector::zeros(group, n_owned)?;
+        v.set(&local[..n_owned])?;
+        let ghosts: Vec<i32> = part.global[part.n_owned..part.n_local]
+            .iter()
+            .flat_map(|&g| (0..dim).map(move |c| (g as usize * dim + c) as i32))
+            .collect();
+        v.add(&ghosts, &local[n_owned..])?;
+        v.to_vec()
+    }
+}
+
+/// Area of facets, m2.
+fn facet_area(mesh: &Mesh, facets: &[Facet], thickness: f64) -> f64 {
+    facets
+        .iter()
+        .map(|&f| {
+            let x: Vec<[f64; 3]> = mesh.facet_nodes(f).map(|i| mesh.points[i as usize]).collect();
+            let mut weights = vec![0.0; x.len()];
+            facet_weights(&x, thickness, &mut weights);
+            weights.iter().sum::<f64>()
+        })
+        .sum()
+}
+
+/// Turns an element's arrays into its nodes' frames and eliminates prescribed unknowns: their columns go to the
+/// right-hand side, their rows and columns get index -1, which PETSc drops.
+fn eliminate(
+    supports: &[Option<&NodeConstraint>],
+    dim: usize,
+    k: &mut [f64],
+    f: &mut [f64],
+    global: &mut [i32],
+) {
+    let n = f.len();
+    for (a, support) in supports.iter().enumerate() {
+        let Some(support) = support.filter(|s| s.frame.is_some()) else { continue };
+        let q = |i: usize, c: usize| support.direction(c)[i];
+        let mut turned = [0.0; 3];
+        for row in 0..n {
+            // Columns of this node: K Q.
+            for (c, t) in turned[..dim].iter_mut().enumerate() {
+                *t = (0..dim).map(|i| k[row * n + a * dim + i] * q(i, c)).sum();
+            }
+            k[row * n + a * dim..][..dim].copy_from_slice(&turned[..dim]);
+        }
+        for column in 0..n {
+            // Rows of this node: Q' K.
+            for (c, t) in turned[..dim].iter_mut().enumerate() {
+                *t = (0..dim).map(|i| q(i, c) * k[(a * dim + i) * n + column]).sum();
+            }
+            (0..dim).for_each(|c| k[(a * dim + c) * n + column] = turned[c]);
+        }
+        for (c, t) in turned[..dim].iter_mut().enumerate() {
+            *t = (0..dim).map(|i| q(i, c) * f[a * dim + i]).sum();
+        }
+        f[a * dim..][..dim].copy_from_slice(&turned[..dim]);
+    }
+    for (a, support) in supports.iter().enumerate() {
+        let Some(support) = support else { continue };
+        for c in 0..dim {
+            let Some(value) = support.prescribed[c] else { continue };
+            let j = a * dim + c;
+            for (i, f) in f.iter_mut().enumerate() {
+                *f -= k[i * n + j] * value;
+            }
+            global[j] = -1;
+        }
+    }
+    for (j, g) in global.iter().enumerate() {
+        if *g < 0 {
+            f[j] = 0.0;
+        }
+    }
+}

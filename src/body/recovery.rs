@@ -1,0 +1,188 @@
+//! Strains, stresses and the balance of forces from the displacements.
+use super::{Body, assembly};
+use crate::{
+    contact::vector::dot,
+    element::MAX_NODES,
+    error::Result,
+    material::von_mises,
+    mesh::Cell,
+};
+
+/// Tensors are (xx, yy, zz, xy, yz, xz).
+type Tensor = [f64; 6];
+
+/// Fields on this rank's cells and nodes; nodal values are means over the cells of the body that meet in the node.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Fields {
+    /// At local nodes, m.
+    pub displacement: Vec<[f64; 3]>,
+    /// At local nodes, K.
+    pub temperature: Option<Vec<f64>>,
+    /// At local nodes, Pa.
+    pub stress: Vec<Tensor>,
+    /// At local nodes.
+    pub strain: Vec<Tensor>,
+    /// Means over own cells, Pa.
+    pub cell_stress: Vec<Tensor>,
+    /// Means over own cells.
+    pub cell_strain: Vec<Tensor>,
+}
+
+/// Sums over this rank's share that must balance over the group.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Balance {
+    /// Sum of squares of the residual at free unknowns, N2, and of all nodal forces (applied, contact, internal).
+    pub residual2: [f64; 2],
+    /// Resultant of external, contact and support forces, N.
+    pub resultant: [f64; 3],
+    /// Their moment about the origin, N m (2D: about z).
+    pub moment: f64,
+    /// Sum of the absolute nodal forces, N, and of their moments, N m: what round-off is measured against.
+    pub scale: [f64; 2],
+    /// Work of stresses on strains, and of external, contact and support forces on displacements, J; and the sum of
+    /// the absolute works.
+    pub work: [f64; 3],
+    /// Resultant of the support forces, N.
+    pub reaction: [f64; 3],
+}
+
+impl Body {
+    /// Stresses, strains and the balance of forces. `u`: displacements at all nodes of the part (owned, local,
+    /// halo), m; `contact`: contact nodal forces at the owned nodes, N.
+    pub fn recover(&self, u: &[f64], contact: &[f64]) -> Result<(Fields, Balance)> {
+        let (part, dim) = (&self.part, self.part.dim);
+        let mut fields = Fields {
+            displacement: (0..part.n_local).map(|i| vector(u, i, dim)).collect(),
+            temperature: self.temperature.as_ref().map(|t| t[..part.n_local].to_vec()),
+            stress: vec![[0.0; 6]; part.n_local],
+            strain: vec![[0.0; 6]; part.n_local],
+            ..Fields::default()
+        };
+        let mut count = vec![0_u32; part.n_local];
+        let mut internal = vec![0.0; part.points.len() * dim];
+        let mut balance = Balance::default();
+        let mut work = Workspace::default();
+        for (i, cell) in part.cells.iter().enumerate() {
+            self.evaluate(cell, u, &mut work)?;
+            let element = self.elements.of(cell.kind);
+            let n = cell.kind.n_nodes();
+            let in_plane: Vec<[f64; 3]> = work.stress.iter().map(|s| [s[0], s[1], s[3]]).collect();
+            let f = &mut work.force[..n * dim];
+            element.internal_force(&work.x[..n], self.thickness, &in_plane, f)?;
+            for (a, &node) in cell.nodes().iter().enumerate() {
+                (0..dim).for_each(|c| internal[node as usize * dim + c] += f[a * dim + c]);
+            }
+            let mut at_nodes = [[0.0; 6]; MAX_NODES];
+            for (values, sums) in [(&work.stress, &mut fields.stress), (&work.strain, &mut fields.strain)] {
+                element.to_nodes(values, &mut at_nodes[..n]);
+                for (tensor, &node) in at_nodes.iter().zip(cell.nodes()) {
+                    if let Some(sum) = sums.get_mut(node as usize) {
+                        (0..6).for_each(|c| sum[c] += tensor[c]);
+                    }
+                }
+            }
+            for &node in cell.nodes() {
+                if let Some(count) = count.get_mut(node as usize) {
+                    *count += 1;
+                }
+            }
+            if i < part.n_own_cells {
+                fields.cell_stress.push(element.mean(&work.x[..n], &work.stress)?);
+                fields.cell_strain.push(element.mean(&work.x[..n], &work.strain)?);
+                element.point_volumes(&work.x[..n], self.thickness, &mut work.volumes)?;
+                for ((s, e), v) in work.stress.iter().zip(&work.plane_strain).zip(&work.volumes) {
+                    balance.work[0] += v * (s[0] * e[0] + s[1] * e[1] + s[3] * e[2]);
+                }
+            }
+        }
+        for (i, n) in count.into_iter().enumerate() {
+            let share = 1.0 / f64::from(n.max(1));
+            fields.stress[i].iter_mut().chain(&mut fields.strain[i]).for_each(|v| *v *= share);
+        }
+        self.balance(u, contact, &internal, &mut balance);
+        Ok((fields, balance))
+    }
+
+    /// Stress and strain at the quadrature points of a cell.
+    fn evaluate(&self, cell: &Cell, u: &[f64], work: &mut Workspace) -> Result<()> {
+        let (dim, n) = (self.part.dim, cell.kind.n_nodes());
+        assembly::cell_points(&self.part, cell, &mut work.x);
+        for (a, &node) in cell.nodes().iter().enumerate() {
+            work.u[a * dim..][..dim].copy_from_slice(&u[node as usize * dim..][..dim]);
+        }
+        let temperature = |shape: &[f64]| {
+            assembly::temperature_at(self.temperature.as_deref(), cell, shape)
+        };
+        let at_points = &mut work.temperatures;
+        at_points.clear();
+        self.elements.of(cell.kind).strains(
+            &work.x[..n],
+            &work.u[..n * dim],
+            |_, shape| self.law.law(temperature(shape)),
+            &mut work.plane_strain,
+        )?;
+        for point in self.elements.of(cell.kind).points() {
+            at_points.push(temperature(&cell.kind.shape(&point.xi).n[..n]));
+        }
+        work.stress.clear();
+        work.strain.clear();
+        for (strain, t) in work.plane_strain.iter().zip(at_points.iter()) {
+            work.stress.push(self.law.stress(*strain, *t));
+            work.strain.push(self.law.strain(*strain, *t));
+        }
+        Ok(())
+    }
+
+    /// Residual, resultants and work at the owned nodes.
+    fn balance(&self, u: &[f64], contact: &[f64], internal: &[f64], balance: &mut Balance) {
+        let (part, dim) = (&self.part, self.part.dim);
+        for i in 0..part.n_owned {
+            let (applied, contact) = (vector(&self.external, i, dim), vector(contact, i, dim));
+            let internal = vector(internal, i, dim);
+            let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);
+            let residual = match self.constraints.0.get(&(i as u32)) {
+                Some(support) => support.free_part(&unbalanced, dim),
+                None => unbalanced,
+            };
+            let reaction: [f64; 3] = std::array::from_fn(|c| unbalanced[c] - residual[c]);
+            let (x, u) = (part.points[i], vector(u, i, dim));
+            balance.residual2[0] += dot(&residual, &residual);
+            for force in [&applied, &contact, &reaction, &internal] {
+                balance.residual2[1] += dot(force, force);
+            }
+            for force in [&applied, &contact, &reaction] {
+                let moment = x[0] * force[1] - x[1] * force[0];
+                (0..3).for_each(|c| balance.resultant[c] += force[c]);
+                balance.moment += moment;
+                balance.scale[0] += dot(force, force).sqrt();
+                balance.scale[1] += (x[0] * force[1]).abs() + (x[1] * force[0]).abs();
+                balance.work[1] += dot(force, &u);
+                balance.work[2] += dot(force, &u).abs();
+            }
+            (0..3).for_each(|c| balance.reaction[c] += reaction[c]);
+        }
+    }
+}
+
+/// Von Mises stress per tensor, Pa.
+pub fn von_mises_of(stress: &[Tensor]) -> Vec<f64> {
+    stress.iter().map(|s| von_mises(*s)).collect()
+}
+
+fn vector(values: &[f64], node: usize, dim: usize) -> [f64; 3] {
+    let mut v = [0.0; 3];
+    v[..dim].copy_from_slice(&values[node * dim..][..dim]);
+    v
+}
+
+#[derive(Default)]
+struct Workspace {
+    x: [[f64; 3]; MAX_NODES],
+    u: [f64; 3 * MAX_NODES],
+    force: [f64; 3 * MAX_NODES],
+    plane_strain: Vec<[f64; 3]>,
+    stress: Vec<Tensor>,
+    strain: Vec<Tensor>,
+    temperatures: Vec<Option<f64>>,
+    volumes: Vec<f64>,
+}
