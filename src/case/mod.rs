@@ -2,9 +2,27 @@
 //!
 //! [`read`] turns a case file (TOML), an optional variant and `--set` changes into a [`Case`]: plain data,
 //! from which every other module takes its own piece. Nothing downstream sees TOML.
+mod body;
+mod contact;
+mod edit;
+mod expression;
+mod grading;
+mod material;
+mod nearest;
+mod node;
+mod read;
+mod reader;
+mod schema;
+mod shape;
+mod temperature_file;
+mod units;
+
+pub use expression::Expression;
+pub use read::{read, variant_names};
+
 use crate::error::Error;
 
-/// Where a value was written: `cases/x/case.toml:12: body.lower.support[0].surface`.
+/// Where a value was written: `cases/x/case.toml:12: body.lower.support.0.surface`.
 ///
 /// Kept by every item that can only be checked against the mesh.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -466,23 +484,4 @@ pub enum StressComponent {
     Zz,
     Xy,
     VonMises,
-}
-
-/// A parsed expression of `x`, `y`, `z`.
-#[derive(Debug, Clone)]
-pub struct Expression {
-    text: String,
-    // the compiled form goes here (module `expression`)
-}
-
-impl Expression {
-    /// Value at a point.
-    pub fn at(&self, _x: &[f64; 3]) -> f64 {
-        todo!()
-    }
-
-    /// As written.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
 }

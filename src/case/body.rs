@@ -1,0 +1,219 @@
+//! Reads `[[body]]` with its supports, loads and temperature.
+use super::material::{self, Materials};
+use super::node::Value;
+use super::reader::Fields;
+use super::shape::{self, existing_file};
+use super::temperature_file;
+use super::{
+    BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Property, Region, Scalar, Support,
+    Temperature, Units, nearest,
+};
+use crate::element::ElementKind;
+
+impl Formulation {
+    /// Name in the case file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Formulation::Standard => "standard",
+            Formulation::Enhanced => "enhanced",
+            Formulation::Reduced => "reduced",
+        }
+    }
+
+    /// The formulations of an element kind, the default first.
+    pub fn of(kind: ElementKind) -> &'static [Formulation] {
+        match kind {
+            ElementKind::Tri3 | ElementKind::Tri6 => &[Formulation::Standard],
+            ElementKind::Quad4 => &[Formulation::Enhanced, Formulation::Standard],
+            ElementKind::Quad8 => &[Formulation::Reduced, Formulation::Standard],
+        }
+    }
+}
+
+/// Reads one body.
+pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>) -> Option<BodyCase> {
+    let name = fields.name("name");
+    let geometry = shape::read(fields);
+    let formulation = formulation(fields, geometry.as_ref());
+    let material = material::of_body(fields, materials);
+    let temperature = temperature(fields);
+    if let Some(material) = &material {
+        check_heat(fields, material);
+    }
+    let surfaces = geometry.as_ref().and_then(generated_surfaces);
+    let supports = super::reader::all(fields.tables("support").iter().map(|f| support(f, surfaces)));
+    let loads = super::reader::all(fields.tables("load").iter().map(|f| load(f, surfaces)));
+    Some(BodyCase {
+        name: name?.to_string(),
+        geometry: geometry?,
+        formulation,
+        material: material?,
+        supports: supports?,
+        loads: loads?,
+        temperature,
+        solver: solver(fields),
+        origin: fields.origin(),
+    })
+}
+
+/// Surface names that are known before the mesh is made.
+pub(super) fn generated_surfaces(geometry: &Geometry) -> Option<&'static [&'static str]> {
+    match geometry {
+        Geometry::Generated { shape, .. } => Some(shape.surface_names()),
+        Geometry::Gmsh { .. } => None,
+    }
+}
+
+/// `there is no surface 'x'; ...`, if the surfaces are known and this is none of them.
+pub(super) fn surface_error(name: &str, known: Option<&[&str]>) -> Option<String> {
+    let known = known.filter(|known| !known.contains(&name))?;
+    Some(format!("there is no surface '{name}'; {}", nearest::hint(name, known).trim_end()))
+}
+
+fn formulation(fields: &Fields<'_>, geometry: Option<&Geometry>) -> Option<Formulation> {
+    const ALL: [Formulation; 3] = [Formulation::Standard, Formulation::Enhanced, Formulation::Reduced];
+    let formulation = ALL[fields.choice("formulation")?];
+    if let Some(Geometry::Generated { element, .. }) = geometry
+        && !Formulation::of(*element).contains(&formulation)
+    {
+        let names: Vec<&str> = Formulation::of(*element).iter().map(|f| f.name()).collect();
+        let rule = format!("{} has {}", element.name(), names.join(", "));
+        return fields.field("formulation")?.refuse(rule);
+    }
+    Some(formulation)
+}
+
+/// Temperature and material must fit together.
+fn check_heat(fields: &Fields<'_>, material: &MaterialCase) {
+    let properties = [Some(&material.young), Some(&material.poisson), material.expansion.as_ref()];
+    let over_temperature = properties.into_iter().flatten().any(Property::is_table);
+    match fields.has("temperature") {
+        true if material.expansion.is_none() && !over_temperature => fields.error_at(
+            "temperature",
+            format!("temperature needs 'expansion' in the material ({})", material.name),
+        ),
+        false if over_temperature => fields.error_at(
+            "temperature",
+            format!(
+                "missing; the material ({}) has tables over temperature: at which temperature?",
+                material.name
+            ),
+        ),
+        _ => {}
+    }
+}
+
+fn temperature(fields: &Fields<'_>) -> Option<Temperature> {
+    let field = fields.field("temperature")?;
+    if let Value::Table(_) = field.node.value {
+        let table = field.reader.open("temperature file", field.node, &field.path)?;
+        let path = existing_file(&table, "file")?;
+        let values = temperature_file::read(&path, field.reader.units);
+        let values = values.map_err(|error| field.reader.note_error(&field.node.place, &error)).ok()?;
+        return Some(Temperature::Nodal { values, origin: table.origin() });
+    }
+    let scalar = field.scalar(field.dimension())?;
+    match scalar {
+        Scalar::Constant(value) if value < 0.0 && field.reader.units == Units::Si => {
+            field.refuse("must be >= 0 K")
+        }
+        scalar => Some(Temperature::Field(scalar)),
+    }
+}
+
+fn solver(fields: &Fields<'_>) -> Option<String> {
+    let options = fields.text("solver")?.trim();
+    match options.starts_with('-') {
+        true => Some(options.to_string()),
+        false => fields
+            .field("solver")?
+            .refuse("PETSc options begin with '-', such as \"-ksp_type cg -pc_type gamg\""),
+    }
+}
+
+fn support(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Support> {
+    let region = region(fields, surfaces);
+    let (x, y, angle) = (fields.scalar("x"), fields.scalar("y"), fields.number("angle"));
+    if !fields.has("surface") && !fields.has("point") {
+        fields.error("a support needs a 'surface' or a 'point'");
+    }
+    if fields.given(&["x", "y"]).is_empty() {
+        fields.error("a support needs 'x' or 'y', the displacement it prescribes (0 holds it)");
+    }
+    Some(Support {
+        region: region?,
+        displacement: [x, y, None],
+        angle: angle.unwrap_or(0.0).to_radians(),
+        origin: fields.origin(),
+    })
+}
+
+fn load(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Load> {
+    const KINDS: [&str; 4] = ["pressure", "traction", "force", "body_force"];
+    let region = region(fields, surfaces);
+    let (pressure, traction) = (fields.scalar("pressure"), fields.vector("traction"));
+    let (force, body_force) = (fields.point("force"), fields.vector("body_force"));
+    let given = fields.given(&KINDS);
+    let [kind] = given[..] else {
+        let given = if given.is_empty() { "no kind of load".into() } else { given.join(" and ") };
+        fields.error(format!("{given} given; a load has exactly one of {}", KINDS.join(", ")));
+        return None;
+    };
+    let has_region = fields.has("surface") || fields.has("point");
+    if kind == "body_force" && (has_region || fields.has("within")) {
+        fields.error("'body_force' acts everywhere; it takes no 'surface', 'point' or 'within'");
+    }
+    if kind != "body_force" && !has_region {
+        let point = if kind == "force" { " or a 'point'" } else { "" };
+        fields.error(format!("'{kind}' needs a 'surface'{point} to act on"));
+    }
+    if fields.has("point") && matches!(kind, "pressure" | "traction") {
+        fields.error(format!("'{kind}' acts on a 'surface', not at a 'point'; a point takes 'force'"));
+    }
+    let zero = Scalar::Constant(0.0);
+    let kind = match kind {
+        "pressure" => LoadKind::Pressure(region?, pressure?),
+        "traction" => {
+            traction.map(|[x, y]| [x, y, zero]).zip(region).map(|(t, r)| LoadKind::Traction(r, t))?
+        }
+        "force" => force.map(|[x, y]| [x, y, 0.0]).zip(region).map(|(f, r)| LoadKind::Force(r, f))?,
+        _ => body_force.map(|[x, y]| LoadKind::BodyForce([x, y, zero]))?,
+    };
+    Some(Load { kind, origin: fields.origin() })
+}
+
+/// `surface` with `within`, or `point`; neither is no error here.
+fn region(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Region> {
+    let (surface, point, within) = (fields.text("surface"), fields.point("point"), within(fields));
+    if fields.has("surface") && fields.has("point") {
+        fields.error("'surface' and 'point' exclude each other");
+    }
+    if fields.has("point") && fields.has("within") {
+        fields.error_at("within", "goes with 'surface', not with 'point'");
+    }
+    if let Some(message) = surface.and_then(|name| surface_error(name, surfaces)) {
+        fields.error_at("surface", message);
+    }
+    match (surface, point) {
+        (Some(name), _) => Some(Region::Surface { name: name.to_string(), within }),
+        (None, Some([x, y])) => Some(Region::Point([x, y, 0.0])),
+        (None, None) => None,
+    }
+}
+
+/// The box `within`.
+pub(super) fn within(fields: &Fields<'_>) -> Option<[[f64; 3]; 2]> {
+    let table = fields.table("within")?;
+    let mut limits = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
+    if table.given(&["x", "y"]).is_empty() {
+        table.error("names no direction; give x = [from, to] or y = [from, to]");
+    }
+    for (axis, key) in ["x", "y"].into_iter().enumerate() {
+        match table.numbers(key).as_deref() {
+            Some([low, high]) if low <= high => (limits[0][axis], limits[1][axis]) = (*low, *high),
+            Some(_) => table.error_at(key, "two numbers are needed, the smaller first"),
+            None => {}
+        }
+    }
+    Some(limits)
+}

@@ -1,0 +1,179 @@
+//! Reads a case: the file, then the variant, then `--set`; then the whole, checked.
+use std::path::{Path, PathBuf};
+
+use super::contact::{self, NamedBody, refuse_duplicates};
+use super::node::{Node, Value};
+use super::reader::{Fields, Reader, all};
+use super::{Analysis, Case, Units, body, edit, material, nearest};
+use crate::error::{Error, Result};
+
+/// Reads a case file, or the `case.toml` of a directory, with one of its variants and `--set` changes
+/// (`body.lower.temperature=400`). All errors of the file are reported together, one on each line.
+pub fn read(path: &Path, variant: Option<&str>, sets: &[String]) -> Result<Case> {
+    let file = if path.is_dir() { path.join("case.toml") } else { path.to_path_buf() };
+    let shown = file.display().to_string();
+    let text =
+        std::fs::read_to_string(&file).map_err(|e| Error::Input(format!("{shown}: cannot be read: {e}")))?;
+    let mut root = Node::parse(&text, &shown)?;
+    let mut changes = Vec::new();
+    if let Some(name) = variant {
+        changes.push(format!("variant {name}"));
+        changes.extend(apply_variant(&mut root, name)?);
+    }
+    for argument in sets {
+        edit::set_from_command_line(&mut root, argument)?;
+        changes.push(format!("--set {argument}"));
+    }
+    let directory = file.parent().unwrap_or(Path::new("")).to_path_buf();
+    let reader = Reader::new(units(&root), directory);
+    let case = read_tree(&reader, &root);
+    let case = case.map(|case| Case { name: name(&file), variant: variant.map(str::to_string), ..case });
+    let title = variant.and_then(|name| variant_named(&root, name)).and_then(|v| v.get("title")?.text());
+    let case = case.map(|case| {
+        let own = root.get("title").and_then(Node::text).unwrap_or(&case.name);
+        Case { title: title.unwrap_or(own).to_string(), ..case }
+    });
+    reader.finish(case.map(|case| Case { text: with_changes(&text, &changes), ..case }))
+}
+
+/// Name of a case: its directory for a `case.toml`, else the file's stem.
+fn name(file: &Path) -> String {
+    let directory = |file: &Path| -> Option<String> {
+        let directory = file.canonicalize().ok()?.parent()?.file_name()?.to_string_lossy().into_owned();
+        Some(directory)
+    };
+    let stem = || file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let name = if file.file_name().is_some_and(|f| f == "case.toml") {
+        directory(file).or_else(stem)
+    } else {
+        stem()
+    };
+    name.unwrap_or_else(|| "case".into())
+}
+
+fn with_changes(text: &str, changes: &[String]) -> String {
+    let mut text = text.to_string();
+    if !text.ends_with('\n') {
+        text.push('\n');
+    }
+    for change in changes {
+        text.push_str(&format!("# {}\n", change.replace('\n', " ")));
+    }
+    text
+}
+
+/// The units, before anything else is read; a wrong value is refused later, with the other errors.
+fn units(root: &Node) -> Units {
+    match root.get("units").and_then(Node::text) {
+        Some("consistent") => Units::Consistent,
+        _ => Units::Si,
+    }
+}
+
+fn variants(root: &Node) -> &[Node] {
+    match root.get("variant").map(|node| &node.value) {
+        Some(Value::Array(items)) => items,
+        _ => &[],
+    }
+}
+
+fn variant_named<'a>(root: &'a Node, name: &str) -> Option<&'a Node> {
+    variants(root).iter().find(|node| node.get("name").and_then(Node::text) == Some(name))
+}
+
+/// Applies the removals and settings of a variant; returns them as text.
+fn apply_variant(root: &mut Node, name: &str) -> Result<Vec<String>> {
+    let Some(variant) = variant_named(root, name).cloned() else {
+        let names: Vec<&str> = variants(root).iter().filter_map(|node| node.get("name")?.text()).collect();
+        let hint = match names.is_empty() {
+            true => "the case has no [[variant]]".to_string(),
+            false => nearest::hint(name, &names).trim_end().to_string(),
+        };
+        return Err(Error::Input(format!("{}: there is no variant '{name}'; {hint}", root.place.file)));
+    };
+    let mut changes = Vec::new();
+    if let Some(Value::Array(paths)) = variant.get("remove").map(|node| &node.value) {
+        for (path, node) in paths.iter().filter_map(|node| Some((node.text()?, node))) {
+            edit::remove(root, path, &node.place)?;
+            changes.push(format!("remove {path}"));
+        }
+    }
+    for (path, node) in variant.get("set").and_then(Node::entries).unwrap_or_default() {
+        edit::set(root, path, node.clone())?;
+        changes.push(format!("set {path} = {node}"));
+    }
+    Ok(changes)
+}
+
+fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
+    let fields = reader.open("case", root, "")?;
+    (fields.text("title"), fields.choice("units"));
+    read_variants(&fields);
+    let analysis = analysis(&fields);
+    let materials = material::read_all(&fields);
+    let tables = fields.tables("body");
+    if fields.has("body") && tables.is_empty() {
+        fields.error_at("body", "at least one body is needed");
+    }
+    refuse_duplicates(&tables, "bodies");
+    let read: Vec<_> = tables.iter().map(|table| body::read(table, &materials)).collect();
+    let named: Vec<NamedBody<'_>> =
+        tables.iter().zip(&read).map(|(t, body)| (label(t), body.as_ref())).collect();
+    let contacts = fields.tables("contact");
+    refuse_duplicates(&contacts, "contacts");
+    let contacts = all(contacts.iter().map(|table| contact::read(table, &named)));
+    let probes = fields.tables("probe");
+    refuse_duplicates(&probes, "probes");
+    let probes = all(probes.iter().map(|table| contact::probe(table, &named)));
+    let (alternation, output) = (contact::alternation(&fields), contact::output(&fields));
+    Some(Case {
+        name: String::new(),
+        title: String::new(),
+        variant: None,
+        text: String::new(),
+        units: reader.units,
+        analysis: analysis?,
+        bodies: all(read.into_iter())?,
+        contacts: contacts?,
+        alternation,
+        probes: probes?,
+        output,
+    })
+}
+
+/// The name of a table as written, good or not.
+fn label<'a>(fields: &Fields<'a>) -> &'a str {
+    fields.node.get("name").and_then(Node::text).unwrap_or("")
+}
+
+fn analysis(fields: &Fields<'_>) -> Option<Analysis> {
+    let thickness = fields.number_if("thickness", |value| value > 0.0, "must be > 0").unwrap_or(1.0);
+    match fields.choice("analysis")? {
+        0 => Some(Analysis::PlaneStress { thickness }),
+        _ => Some(Analysis::PlaneStrain { thickness }),
+    }
+}
+
+/// Checks the form of every variant; the one that is run was applied before.
+fn read_variants(fields: &Fields<'_>) {
+    let tables = fields.tables("variant");
+    refuse_duplicates(&tables, "variants");
+    for table in &tables {
+        (table.name("name"), table.text("title"), table.texts("remove"));
+        if let Some(set) = table.field("set")
+            && set.node.entries().is_none()
+        {
+            set.wrong::<()>("a table is needed: { \"contact.main.gap\" = 2e-4 }");
+        }
+    }
+}
+
+/// Names and titles of the variants of a case, in file order.
+pub fn variant_names(path: &Path) -> Result<Vec<String>> {
+    let file: PathBuf = if path.is_dir() { path.join("case.toml") } else { path.to_path_buf() };
+    let shown = file.display().to_string();
+    let text =
+        std::fs::read_to_string(&file).map_err(|e| Error::Input(format!("{shown}: cannot be read: {e}")))?;
+    let root = Node::parse(&text, &shown)?;
+    Ok(variants(&root).iter().filter_map(|node| Some(node.get("name")?.text()?.to_string())).collect())
+}

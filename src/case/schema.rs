@@ -1,0 +1,587 @@
+//! Every key of the case file: the one list from which unknown keys are refused, dimensions checked, and
+//! `docs/case-file.md` written.
+use super::units::Dimension;
+
+/// A table of the case file.
+pub(super) struct Table {
+    /// Name here and in [`Kind`], such as `body.support`.
+    pub name: &'static str,
+    /// Heading in the reference page.
+    pub heading: &'static str,
+    /// Text below the heading.
+    pub about: &'static str,
+    pub keys: &'static [Key],
+}
+
+/// A key of a table.
+pub(super) struct Key {
+    pub name: &'static str,
+    pub kind: Kind,
+    pub default: Default,
+    pub meaning: &'static str,
+}
+
+/// What holds if the key is absent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Default {
+    /// The key must be given.
+    Required,
+    /// Nothing: the effect is not there, or the other keys say it.
+    Absent,
+    /// This, as the reference page says it.
+    Is(&'static str),
+}
+
+/// What a key takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    /// A string.
+    Text,
+    /// A string of letters, digits, `_`, `-`.
+    Name,
+    /// An array of strings.
+    Texts,
+    /// One of these strings.
+    Choice(&'static [&'static str]),
+    /// A positive integer.
+    Count,
+    /// A number, or a string with a unit.
+    Number(Dimension),
+    /// A number, a string with a unit, or an expression of x, y, z.
+    Scalar(Dimension),
+    /// A number, or a table over temperature.
+    Property(Dimension),
+    /// An array of numbers.
+    Numbers(Dimension),
+    /// `[x, y]`.
+    Point(Dimension),
+    /// An array of `[x, y]`.
+    Points(Dimension),
+    /// `[x, y]` of scalars.
+    Vector(Dimension),
+    /// A table of the schema.
+    Table(&'static str),
+    /// An array of such tables.
+    Tables(&'static str),
+    /// A table of such tables, each with a name of the user's.
+    Named(&'static str),
+    /// Any table: keys are paths.
+    Changes,
+    /// Several forms, in these words; numbers in it have this dimension.
+    Either(&'static str, Dimension),
+}
+
+/// The table of that name.
+pub(super) fn table(name: &str) -> Option<&'static Table> {
+    TABLES.iter().find(|table| table.name == name)
+}
+
+const REQUIRED: Default = Default::Required;
+const ABSENT: Default = Default::Absent;
+const fn is(text: &'static str) -> Default {
+    Default::Is(text)
+}
+const fn key(name: &'static str, kind: Kind, default: Default, meaning: &'static str) -> Key {
+    Key { name, kind, default, meaning }
+}
+
+use Dimension as D;
+use Kind::*;
+
+/// Names of the element kinds that generated meshes can have.
+pub(super) const ELEMENTS: &[&str] = &["tri3", "tri6", "quad4", "quad8"];
+const SHAPES: &str = "One of `rectangle`, `block`, `ring`, `half_disc`, `disc`, `file`.";
+const WITHIN: &str = "Only the part of the surface inside this box (a facet belongs if all its nodes do).";
+
+/// All tables, in the order of the reference page.
+pub(super) const TABLES: &[Table] = &[
+    Table {
+        name: "case",
+        heading: "Top level",
+        about: "",
+        keys: &[
+            key("title", Text, is("the case's name"), "Title for pictures and the log."),
+            key(
+                "units",
+                Choice(&["SI", "consistent"]),
+                is("\"SI\""),
+                "Units of plain numbers; see [Units](#units).",
+            ),
+            key(
+                "analysis",
+                Choice(&["plane stress", "plane strain"]),
+                REQUIRED,
+                "The two-dimensional idealisation.",
+            ),
+            key(
+                "thickness",
+                Number(D::LENGTH),
+                is("1"),
+                "Thickness of the slice; forces are for this thickness.",
+            ),
+            key("material", Named("material"), ABSENT, "Materials, each under a name: `[material.steel]`."),
+            key("body", Tables("body"), REQUIRED, "The bodies, at least one."),
+            key(
+                "contact",
+                Tables("contact"),
+                ABSENT,
+                "The contact pairs. None: one ordinary solve per body.",
+            ),
+            key("alternation", Table("alternation"), ABSENT, "How the bodies are brought to agree."),
+            key("probe", Tables("probe"), ABSENT, "Points to report."),
+            key("output", Table("output"), ABSENT, "What to draw."),
+            key("variant", Tables("variant"), ABSENT, "Named changes; see [Variants](#variants)."),
+        ],
+    },
+    Table {
+        name: "material",
+        heading: "`[material.NAME]`",
+        about: "Isotropic, linear elastic. A *property* is a number, a string with a unit, or a table over \
+temperature, `{ temperature = [293, 373], value = [214e9, 211e9] }`: linear between its rows, constant beyond its \
+ends. A body whose material has such a table needs a `temperature`; a body with a `temperature` needs `expansion`, \
+unless a table says what else the temperature is for. Thermal strain is \
+`expansion(T) * (T - reference_temperature)`.",
+        keys: &[
+            key("young", Property(D::PRESSURE), REQUIRED, "Young's modulus; > 0."),
+            key("poisson", Property(D::NUMBER), REQUIRED, "Poisson's ratio; in (-1, 0.5)."),
+            key(
+                "expansion",
+                Property(D::EXPANSION),
+                ABSENT,
+                "Mean coefficient of thermal expansion, from the \
+reference temperature to the temperature it is tabulated at.",
+            ),
+            key(
+                "reference_temperature",
+                Number(D::TEMPERATURE),
+                ABSENT,
+                "Temperature without thermal strain; \
+required with `expansion`.",
+            ),
+        ],
+    },
+    Table {
+        name: "material reference",
+        heading: "A material from a file",
+        about: "In place of a name, `material` of a body can hold the keys of a material itself, or point to a file \
+of `[material.NAME]` tables: `material = { file = \"materials.toml\", name = \"40Kh\" }`. Plain numbers there are in \
+the units of the case.",
+        keys: &[
+            key("file", Text, REQUIRED, "Path of the file, from the case file's directory."),
+            key("name", Text, REQUIRED, "Name of the material in it."),
+        ],
+    },
+    Table {
+        name: "material file",
+        heading: "",
+        about: "",
+        keys: &[key(
+            "material",
+            Named("material"),
+            REQUIRED,
+            "Materials, each under a name: `[material.steel]`.",
+        )],
+    },
+    Table {
+        name: "property",
+        heading: "",
+        about: "",
+        keys: &[
+            key("temperature", Numbers(D::TEMPERATURE), REQUIRED, "Temperatures, increasing; at least two."),
+            // The values have the dimension of the property that the table stands for.
+            key("value", Either("array of numbers", D::NUMBER), REQUIRED, "The property at each of them."),
+        ],
+    },
+    Table {
+        name: "body",
+        heading: "`[[body]]`",
+        about: "Formulations: `standard` is the displacement element, for every kind. quad4 takes `enhanced` \
+(enhanced assumed strains, four parameters) and has it by default: the standard quad4 locks in bending and near \
+incompressibility, the enhanced one does in neither. quad8 takes `reduced` (2 x 2 points) and has it by default: it \
+does not lock near incompressibility, its stresses are superconvergent at these points, and its one zero-energy \
+mode cannot spread from element to element.\n\nSolver: by default a sparse Cholesky factorisation (L D L^T) by MUMPS, \
+made once and used again while the matrix does not change: the fastest set-up there is in two dimensions, and one \
+that no material contrast or mesh grading upsets. `solver = \"-ksp_type cg -pc_type gamg\"` changes it for this body, \
+with PETSc's own option names; `-body_<name>_ksp_type cg` does on the command line.",
+        keys: &[
+            key("name", Name, REQUIRED, "Name, unique among the bodies."),
+            key(
+                "material",
+                Either("name, [table](#materialname) or [reference](#a-material-from-a-file)", D::NUMBER),
+                REQUIRED,
+                "Its material.",
+            ),
+            key("mesh", Table("mesh"), REQUIRED, "Where its mesh comes from."),
+            key(
+                "element",
+                Choice(ELEMENTS),
+                is("\"quad4\""),
+                "Element kind of a generated mesh; not with a mesh \
+file, which has its own.",
+            ),
+            key(
+                "formulation",
+                Choice(&["standard", "enhanced", "reduced"]),
+                is("quad4 `enhanced`, quad8 `reduced`, triangles `standard`"),
+                "How strains follow from displacements.",
+            ),
+            key(
+                "temperature",
+                Either("scalar or `{ file = \"t.csv\" }`", D::TEMPERATURE),
+                ABSENT,
+                "Temperature \
+field. Absent: no heat in this body.",
+            ),
+            key("support", Tables("body.support"), ABSENT, "Prescribed displacements."),
+            key("load", Tables("body.load"), ABSENT, "Loads."),
+            key(
+                "solver",
+                Text,
+                is("MUMPS Cholesky"),
+                "PETSc options for this body's equations, without prefix.",
+            ),
+        ],
+    },
+    Table {
+        name: "temperature file",
+        heading: "`temperature = { file = ... }`",
+        about: "Nodal values in a text file with commas between its columns and the header line `x,y,temperature`, \
+in the units of the case, one line for each node.",
+        keys: &[key("file", Text, REQUIRED, "Path of the CSV file, from the case file's directory.")],
+    },
+    Table {
+        name: "body.support",
+        heading: "`[[body.support]]`",
+        about: "Prescribes one or both displacement components on a surface, a part of it, or the node at a point. \
+What is not named is free. With `angle`, `x` and `y` are the components along the turned axes.",
+        keys: &[
+            key("surface", Text, ABSENT, "Name of a surface of this body. This or `point`."),
+            key("point", Point(D::LENGTH), ABSENT, "Position of a node. This or `surface`."),
+            key("within", Table("within"), ABSENT, WITHIN),
+            key("x", Scalar(D::LENGTH), is("free"), "Displacement along the first axis."),
+            key("y", Scalar(D::LENGTH), is("free"), "Displacement along the second axis."),
+            key("angle", Number(D::ANGLE), is("0"), "From the x axis to the first axis, counter-clockwise."),
+        ],
+    },
+    Table {
+        name: "body.load",
+        heading: "`[[body.load]]`",
+        about: "One of `pressure`, `traction`, `force`, `body_force`. The first three act on a `surface`; a `force` \
+may act at a `point` instead; a `body_force` acts everywhere.",
+        keys: &[
+            key("surface", Text, ABSENT, "Name of a surface of this body."),
+            key("point", Point(D::LENGTH), ABSENT, "Position of a node, for a point force."),
+            key("within", Table("within"), ABSENT, WITHIN),
+            key("pressure", Scalar(D::PRESSURE), ABSENT, "Pressure, positive into the body."),
+            key("traction", Vector(D::PRESSURE), ABSENT, "Force per area, along x and y."),
+            key(
+                "force",
+                Point(D::FORCE),
+                ABSENT,
+                "Resultant along x and y, spread evenly over the surface, or \
+at the point.",
+            ),
+            key("body_force", Vector(D::FORCE_PER_VOLUME), ABSENT, "Force per volume, along x and y."),
+        ],
+    },
+    Table {
+        name: "within",
+        heading: "`within`",
+        about: "A box with sides along x and y: `within = { x = [0, \"10 mm\"] }`. A direction not named is not limited.",
+        keys: &[
+            key("x", Numbers(D::LENGTH), ABSENT, "Lower and upper end."),
+            key("y", Numbers(D::LENGTH), ABSENT, "Lower and upper end."),
+        ],
+    },
+    Table {
+        name: "mesh",
+        heading: "`mesh`",
+        about: "One source: a generated shape, or a Gmsh file. `mesh.rectangle = { ... }` and \
+`mesh = { rectangle = { ... } }` are the same to TOML. A generated mesh is turned about the origin first and moved then.",
+        keys: &[
+            key("rectangle", Table("mesh.rectangle"), ABSENT, SHAPES),
+            key("block", Table("mesh.block"), ABSENT, "Four corners, edges straight or circular."),
+            key("ring", Table("mesh.ring"), ABSENT, "Sector of a ring, or a whole ring."),
+            key(
+                "half_disc",
+                Table("mesh.half_disc"),
+                ABSENT,
+                "Half disc, refined at its lowest (highest) point.",
+            ),
+            key("disc", Table("mesh.disc"), ABSENT, "Whole disc."),
+            key(
+                "file",
+                Text,
+                ABSENT,
+                "Gmsh `.msh` file (4.1 or 2.2), path from the case file's directory. Physical \
+groups name the bodies and surfaces.",
+            ),
+            key("group", Text, is("all cells"), "With `file`: the physical group that is this body."),
+            key(
+                "scale",
+                Number(D::NUMBER),
+                is("1"),
+                "With `file`: factor on its coordinates (mm in an SI case: 1e-3).",
+            ),
+            key(
+                "rotate",
+                Number(D::ANGLE),
+                is("0"),
+                "Generated shapes: rotation about the origin, counter-clockwise.",
+            ),
+            key(
+                "translate",
+                Point(D::LENGTH),
+                is("[0, 0]"),
+                "Generated shapes: translation, after the rotation.",
+            ),
+        ],
+    },
+    Table {
+        name: "mesh.rectangle",
+        heading: "`mesh.rectangle`",
+        about: "Sides along x and y. Surfaces: `left`, `right`, `bottom`, `top`.",
+        keys: &[
+            key("x", Table("grading length"), REQUIRED, "[Grading](#grading) along x, in m."),
+            key("y", Table("grading length"), REQUIRED, "Grading along y, in m."),
+        ],
+    },
+    Table {
+        name: "mesh.block",
+        heading: "`mesh.block`",
+        about: "Surfaces: `left`, `right`, `bottom`, `top`.",
+        keys: &[
+            key("corners", Points(D::LENGTH), REQUIRED, "Four points, counter-clockwise from bottom-left."),
+            key("arcs", Table("arcs"), is("straight edges"), "Centres of the edges that are circular arcs."),
+            key(
+                "u",
+                Table("grading number"),
+                REQUIRED,
+                "Grading along bottom and top, from 0 to 1 (on an arc: \
+fraction of its length).",
+            ),
+            key("v", Table("grading number"), REQUIRED, "Grading from bottom to top, from 0 to 1."),
+        ],
+    },
+    Table {
+        name: "arcs",
+        heading: "`mesh.block.arcs`",
+        about: "The centre is equally far from both ends of the edge; the arc is the one shorter than a half circle.",
+        keys: &[
+            key("bottom", Point(D::LENGTH), is("straight"), "Centre of the bottom edge's arc."),
+            key("right", Point(D::LENGTH), is("straight"), "Centre of the right edge's arc."),
+            key("top", Point(D::LENGTH), is("straight"), "Centre of the top edge's arc."),
+            key("left", Point(D::LENGTH), is("straight"), "Centre of the left edge's arc."),
+        ],
+    },
+    Table {
+        name: "mesh.ring",
+        heading: "`mesh.ring`",
+        about: "Surfaces: `inner`, `outer`, `start`, `end`; the last two are absent on a whole ring.",
+        keys: &[
+            key("center", Point(D::LENGTH), is("[0, 0]"), "Centre."),
+            key(
+                "radius",
+                Table("grading length"),
+                REQUIRED,
+                "Grading of the radius, from the inner one (> 0), in m.",
+            ),
+            key(
+                "angle",
+                Table("grading angle"),
+                REQUIRED,
+                "Grading of the angle, counter-clockwise from x, at most a \
+full turn, in degrees.",
+            ),
+        ],
+    },
+    Table {
+        name: "mesh.half_disc",
+        heading: "`mesh.half_disc`",
+        about: "A core block and three blocks around it. Surfaces: `flat` (the mid-plane) and `arc`.",
+        keys: &[
+            key("center", Point(D::LENGTH), is("[0, 0]"), "Centre of the mid-plane."),
+            key("radius", Number(D::LENGTH), REQUIRED, "Radius."),
+            key("arc", Choice(&["up", "down"]), REQUIRED, "Where the arc is, seen from the mid-plane."),
+            key(
+                "angle",
+                Table("grading angle"),
+                REQUIRED,
+                "Grading along the arc over the middle block: the angle from \
+the arc's lowest (highest) point, symmetric about 0, inside (-90, 90), in degrees.",
+            ),
+            key(
+                "depth",
+                Table("grading number"),
+                REQUIRED,
+                "Grading from the arc (0) inwards, as a fraction of the \
+radius, to less than 1.",
+            ),
+            key("core", Count, REQUIRED, "Cells between mid-plane and middle block."),
+        ],
+    },
+    Table {
+        name: "mesh.disc",
+        heading: "`mesh.disc`",
+        about: "A square core and four blocks around it. Surface: `arc`.",
+        keys: &[
+            key("center", Point(D::LENGTH), is("[0, 0]"), "Centre."),
+            key("radius", Number(D::LENGTH), REQUIRED, "Radius."),
+            key("quarter", Count, REQUIRED, "Cells along each quarter of the rim."),
+            key(
+                "depth",
+                Table("grading number"),
+                REQUIRED,
+                "Grading from the rim (0) inwards, as a fraction of the \
+radius, to less than 1.",
+            ),
+        ],
+    },
+    Table {
+        name: "grading length",
+        heading: "Grading",
+        about: "Where the cells of a structured mesh end. Plain numbers are in m for `x`, `y` and `radius`, in degrees for \
+`angle`, fractions for `u`, `v` and `depth`. Three forms:\n\n\
+```toml\n\
+x = { from = 0, to = 0.04, cells = 5 }\n\
+x = { at = [-0.05, -0.01, 0.01, 0.05], cells = [12, 120, 12], ratio = [0.1, 1, 10] }\n\
+x = { at = [-0.05, 0, 0.05], size = [\"5 mm\", \"0.1 mm\", \"5 mm\"] }\n\
+```\n\n\
+The last chooses the number of cells and their geometric progression so that the cells at the breakpoints have the sizes \
+wanted, as nearly as a whole number of cells allows. Input that is symmetric about 0 gives positions that are, to the last bit.",
+        keys: GRADING_LENGTH,
+    },
+    Table { name: "grading angle", heading: "", about: "", keys: GRADING_ANGLE },
+    Table { name: "grading number", heading: "", about: "", keys: GRADING_NUMBER },
+    Table {
+        name: "contact",
+        heading: "`[[contact]]`",
+        about: "A frictionless pair of surfaces of two bodies. `surfaces[0]` is side A. The gap is positive where the \
+surfaces are apart, negative where they overlap (interference).",
+        keys: &[
+            key("name", Name, is("A.surface-B.surface"), "Name, unique among the pairs."),
+            key("surfaces", Texts, REQUIRED, "Two surfaces, `[\"upper.bottom\", \"lower.top\"]`."),
+            key(
+                "gap",
+                Number(D::LENGTH),
+                is("from the geometry"),
+                "Initial gap, in place of the geometric one.",
+            ),
+            key("gap_offset", Number(D::LENGTH), is("0"), "Added to the geometric gap; not with `gap`."),
+            key(
+                "within",
+                Table("within"),
+                is("everywhere"),
+                "Only the part of both surfaces inside this box.",
+            ),
+            key(
+                "search_distance",
+                Number(D::LENGTH),
+                is("from the surfaces' size"),
+                "Nodes further from the other \
+surface are no candidates.",
+            ),
+            key(
+                "conjugate",
+                Choice(&["closest point", "intersection"]),
+                is("\"closest point\""),
+                "How the point \
+opposite a node is found: closest-point projection, or the intersection of the node's normal with the other surface.",
+            ),
+        ],
+    },
+    Table {
+        name: "alternation",
+        heading: "`[alternation]`",
+        about: "Weights: `response` is the response per node, |v_m|/(|v_m| + |v_s|) with v = u - u_free, the default, since \
+it follows the stiffness of the two bodies without being told; `response per surface` takes norms over the active nodes; \
+`magnitude` and `component` are the paper's ratios (32, 35) and (34, 36); `stiffness` is E'_B/(E'_A + E'_B); a number in \
+(0, 1) is the paper's constant.",
+        keys: &[
+            key(
+                "weights",
+                Either(
+                    "`response`, `response per surface`, `magnitude`, `component`, `stiffness`, or a \
+number",
+                    D::NUMBER,
+                ),
+                is("\"response\""),
+                "Weights of the corrections.",
+            ),
+            key(
+                "tolerance",
+                Number(D::NUMBER),
+                is("1e-8"),
+                "Relative tolerance of the stop test; in (0, 1e-2].",
+            ),
+            key("max_alternations", Count, is("200"), "Alternations after which it gives up."),
+        ],
+    },
+    Table {
+        name: "probe",
+        heading: "`[[probe]]`",
+        about: "Displacement, stress and temperature of a material point, in the log and in `summary.json`.",
+        keys: &[
+            key("name", Name, REQUIRED, "Name, unique among the probes."),
+            key("body", Text, REQUIRED, "Name of the body."),
+            key("at", Point(D::LENGTH), REQUIRED, "Position before deformation."),
+        ],
+    },
+    Table {
+        name: "output",
+        heading: "`[output]`",
+        about: "",
+        keys: &[
+            key(
+                "stress",
+                Choice(&["xx", "yy", "zz", "xy", "von Mises"]),
+                is("\"yy\""),
+                "Stress that colours the picture.",
+            ),
+            key(
+                "magnification",
+                Number(D::NUMBER),
+                is("chosen"),
+                "Factor on the displacements in the picture; >= 0.",
+            ),
+            key("window", Points(D::LENGTH), is("everything"), "Lower and upper corner of what to draw."),
+        ],
+    },
+    Table {
+        name: "variant",
+        heading: "`[[variant]]`",
+        about: "",
+        keys: &[
+            key("name", Name, REQUIRED, "Name, for `--variant`."),
+            key("title", Text, is("the case's title"), "Title of the variant."),
+            key("remove", Texts, ABSENT, "Paths to remove, before anything is set."),
+            key("set", Changes, ABSENT, "Paths and their new values."),
+        ],
+    },
+];
+
+/// Keys of a grading of positions with this dimension.
+const fn grading(d: Dimension) -> [Key; 6] {
+    [
+        key("from", Number(d), is("0 for `u`, `v`, `depth`; else required"), "First position."),
+        key("to", Number(d), is("1 for `u`, `v`; else required"), "Last position."),
+        key("at", Numbers(d), ABSENT, "Breakpoints, increasing; in place of `from` and `to`."),
+        key(
+            "cells",
+            Either("count, or an array of them", D::NUMBER),
+            ABSENT,
+            "Number of cells, of each interval.",
+        ),
+        key(
+            "ratio",
+            Either("number, or an array of them", D::NUMBER),
+            is("1"),
+            "Size of the last cell over that of \
+the first, of each interval; geometric in between.",
+        ),
+        key("size", Numbers(d), ABSENT, "In place of `cells`: cell size wanted at each breakpoint."),
+    ]
+}
+const GRADING_LENGTH: &[Key] = &grading(D::LENGTH);
+const GRADING_ANGLE: &[Key] = &grading(D::ANGLE);
+const GRADING_NUMBER: &[Key] = &grading(D::NUMBER);
