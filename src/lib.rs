@@ -12,5 +12,6 @@ pub mod output;
 pub mod parallel;
 pub mod petsc;
 pub mod schwarz;
+pub mod simulation;
 
 pub use error::{Error, Result};

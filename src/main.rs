@@ -1,2 +1,214 @@
-//! kontakt
-fn main() {}
+//! The command line: `kontakt run CASE`, `kontakt check CASE`.
+use clap::{Args, Parser, Subcommand};
+use kontakt::{
+    Error, Result,
+    body::options_prefix,
+    case::{self, Case},
+    output::HistoryRow,
+    parallel::agree,
+    petsc, simulation,
+};
+use mpi::{topology::SimpleCommunicator, traits::*};
+use std::{io::IsTerminal, path::PathBuf};
+
+/// Contact of deformable bodies by the Schwarz alternating method on MPI rank groups.
+///
+/// A case file describes bodies, supports, loads and contact pairs; docs/case-file.md has every key. Each body is solved
+/// by its own group of ranks; only contact displacements and forces are exchanged.
+///
+///   mpirun -n 2 kontakt run cases/heated-gap --variant C
+///
+/// PETSc options of a body's solver may follow, with the body's prefix: -body_upper_ksp_type cg -body_upper_pc_type gamg
+///
+/// Exit codes: 0 converged, 1 internal error, 2 wrong input, 3 not converged, 4 unrestrained motion.
+#[derive(Parser)]
+#[command(version, verbatim_doc_comment)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Solve a case and write result.vtkhdf, summary.json and pictures.
+    Run {
+        #[command(flatten)]
+        case: CaseArgs,
+        /// Directory for the results [default: results/<case>[/<variant>]].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Do everything short of solving, and say what it would cost.
+    Check {
+        #[command(flatten)]
+        case: CaseArgs,
+    },
+}
+
+#[derive(Args)]
+struct CaseArgs {
+    /// A case file, or a directory with case.toml.
+    case: PathBuf,
+    /// Apply a [[variant]] of the case.
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
+    /// Change a key: body.upper.material.young=2e11 (may be repeated).
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+}
+
+fn main() {
+    let (arguments, petsc_options) = split_arguments(std::env::args().collect());
+    // Help and usage errors need neither MPI nor PETSc.
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(e) => {
+            let first = std::env::var("OMPI_COMM_WORLD_RANK").map_or(true, |rank| rank == "0");
+            if first {
+                let _ = e.print();
+            }
+            std::process::exit(if e.use_stderr() { 2 } else { 0 });
+        }
+    };
+    let Some(universe) = mpi::initialize() else {
+        eprintln!("kontakt: MPI is already initialised");
+        std::process::exit(1);
+    };
+    abort_on_panic();
+    let world = universe.world();
+    let code = match petsc::Session::start().and_then(|session| {
+        let code = execute(cli.command, &petsc_options, &world)?;
+        drop(session);
+        Ok(code)
+    }) {
+        Ok(code) => code,
+        Err(error) => {
+            if world.rank() == 0 {
+                eprintln!("kontakt: error: {error}");
+            }
+            error.exit_code()
+        }
+    };
+    drop(universe);
+    std::process::exit(code);
+}
+
+/// A panic on one rank would leave the others waiting for ever.
+fn abort_on_panic() {
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        report(info);
+        petsc::abort();
+    }));
+}
+
+/// PETSc's options start with a single dash and a word; the rest is ours.
+fn split_arguments(all: Vec<String>) -> (Vec<String>, Vec<String>) {
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let mut words = all.into_iter().peekable();
+    while let Some(word) = words.next() {
+        let is_petsc = word.len() > 2 && word.starts_with('-') && !word.starts_with("--");
+        if !is_petsc {
+            ours.push(word);
+            continue;
+        }
+        theirs.push(word);
+        let is_value = |next: &String| !next.starts_with('-') || next.parse::<f64>().is_ok();
+        theirs.extend(words.next_if(is_value));
+    }
+    (ours, theirs)
+}
+
+fn execute(command: Command, petsc_options: &[String], world: &SimpleCommunicator) -> Result<i32> {
+    let (Command::Run { case: args, .. } | Command::Check { case: args }) = &command;
+    let case = agree(world, case::read(&args.case, args.variant.as_deref(), &args.sets))?;
+    refuse_unknown_prefixes(petsc_options, &case)?;
+    petsc::set_options(&petsc_options.join(" "))?;
+    match command {
+        Command::Check { .. } => check(&case, world),
+        Command::Run { out, .. } => run(&case, out, world),
+    }
+}
+
+/// Options that look like a body's but name none.
+fn refuse_unknown_prefixes(options: &[String], case: &Case) -> Result<()> {
+    for option in options.iter().filter(|o| o.starts_with("-body_")) {
+        if !case.bodies.iter().any(|b| option[1..].starts_with(&options_prefix(&b.name))) {
+            let names: Vec<String> =
+                case.bodies.iter().map(|b| format!("-{}", options_prefix(&b.name))).collect();
+            return Err(Error::input(format!(
+                "{option}: no body has this prefix; the case's are {}",
+                names.join(", ")
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<i32> {
+    let mut default = PathBuf::from("results").join(&case.name);
+    default.extend(&case.variant);
+    let directory = out.unwrap_or(default);
+    let terminal = std::io::stderr().is_terminal();
+    let summary = simulation::run(case, world, &directory, |row| print_row(row, terminal))?;
+    if world.rank() == 0 {
+        for warning in &summary.warnings {
+            eprintln!("warning: {warning}");
+        }
+        for pair in &summary.pairs {
+            println!(
+                "contact {}: normal force {:.6e}, max pressure {:.6e}, length {:.6e}, penetration {:.2e}, imbalance {:.2e}",
+                pair.name,
+                pair.normal_force,
+                pair.max_pressure,
+                pair.contact_length,
+                pair.max_penetration,
+                pair.force_imbalance
+            );
+        }
+        let verdict = if summary.converged { "converged" } else { "NOT CONVERGED" };
+        println!(
+            "{verdict} ({}) after {} alternations: {}. residual {:.1e}, {:.2} s",
+            summary.reason.name(),
+            summary.alternations,
+            summary.reason.explanation(),
+            summary.residual,
+            summary.seconds.total
+        );
+        if !summary.converged {
+            println!("{}", summary.reason.advice());
+        }
+        println!("results in {}", directory.display());
+    }
+    Ok(if summary.converged { 0 } else { 3 })
+}
+
+fn print_row(row: &HistoryRow, terminal: bool) {
+    if terminal && row.alternation == 1 {
+        eprintln!("alternation  displacement jump  force imbalance  active  contraction");
+    }
+    let HistoryRow { alternation, displacement_jump: jump, force_imbalance, active, contraction, .. } = row;
+    if terminal {
+        eprintln!("{alternation:11}  {jump:17.3e}  {force_imbalance:15.3e}  {active:6}  {contraction:11.3}");
+    } else {
+        eprintln!("alternation {alternation} jump {jump:.3e} imbalance {force_imbalance:.3e} active {active}");
+    }
+}
+
+fn check(case: &Case, world: &SimpleCommunicator) -> Result<i32> {
+    let plan = simulation::Plan::new(case, world)?;
+    let nodes = plan.contact_nodes(case);
+    if world.rank() == 0 {
+        println!("{}: {:?}", case.title, case.analysis);
+        for (b, body) in case.bodies.iter().enumerate() {
+            let ranks = plan.groups.shares[plan.groups.group_of(b)].ranks.len();
+            let heat = if body.temperature.is_some() { ", thermal strain" } else { "" };
+            println!("body {}: {} dofs on {ranks} rank(s){heat}", body.name, plan.dofs[b]);
+        }
+        for (contact, [a, b]) in std::iter::zip(&case.contacts, nodes) {
+            println!("contact {}: {a} and {b} surface nodes, frictionless, pointwise transfer", contact.name);
+        }
+        println!("cost: one factorisation per body, one back-substitution per contact node and body");
+    }
+    Ok(0)
+}

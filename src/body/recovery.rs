@@ -4,7 +4,6 @@ use crate::{
     contact::vector::dot,
     element::MAX_NODES,
     error::Result,
-    material::von_mises,
     mesh::Cell,
 };
 
@@ -162,11 +161,6 @@ impl Body {
             (0..3).for_each(|c| balance.reaction[c] += reaction[c]);
         }
     }
-}
-
-/// Von Mises stress per tensor, Pa.
-pub fn von_mises_of(stress: &[Tensor]) -> Vec<f64> {
-    stress.iter().map(|s| von_mises(*s)).collect()
 }
 
 fn vector(values: &[f64], node: usize, dim: usize) -> [f64; 3] {

@@ -13,7 +13,6 @@ use crate::case::{Grading, Shape};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use net::Net;
 
 /// More corner nodes than this are taken for a mistake.
 const MAX_NODES: f64 = 1e8;

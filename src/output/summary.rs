@@ -144,6 +144,8 @@ pub struct Summary {
     pub pairs: Vec<PairSummary>,
     /// The probes, in file order.
     pub probes: Vec<ProbeSummary>,
+    /// Invariants every run must satisfy.
+    pub checks: Checks,
     /// Wall seconds.
     pub seconds: Seconds,
     /// Memory, MB, at its peak, sum over the ranks.
@@ -164,6 +166,34 @@ pub struct BodySummary {
     pub ranks: usize,
     /// Factorisations of its stiffness matrix.
     pub factorisations: u64,
+    /// Factorisations of the dense compliance of its active contact nodes: one per change of the contact set.
+    pub interface_factorisations: u64,
+}
+
+/// Invariants of the run, each relative to its own scale but the penetration; what could not be computed is absent.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Checks {
+    /// Largest residual of a body's free unknowns over the norm of its nodal forces, from the stresses.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub residual: f64,
+    /// Resultant and moment of applied, contact and support forces of a body.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub equilibrium: f64,
+    /// Work of the stresses against work of all forces.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub virtual_work: f64,
+    /// Largest tension over the largest pressure.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub tension: f64,
+    /// Largest |pressure x gap| over the product of the largest ones.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub complementarity: f64,
+    /// Largest |F_A + F_B| / (|F_A| + |F_B|) of a pair.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub action_reaction: f64,
+    /// Largest penetration, m.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub penetration: f64,
 }
 
 /// A contact pair in numbers. What could not be computed is absent.

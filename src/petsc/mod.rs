@@ -7,7 +7,7 @@ mod linear;
 mod session;
 
 pub use linear::{Coordinates, Gather, Ksp, Matrix, Vector};
-pub use session::{Session, option_prefixes_left, set_options};
+pub use session::{Session, abort, option_prefixes_left, set_options};
 
 #[allow(non_upper_case_globals, non_camel_case_types, non_snake_case, missing_docs, unused)]
 #[allow(unsafe_op_in_unsafe_fn, rustdoc::all, clippy::all)]

@@ -53,3 +53,9 @@ pub fn option_prefixes_left(prefix: &str) -> Result<Vec<String>> {
         Ok(left)
     }
 }
+
+/// Ends all ranks at once, with exit code 1.
+pub fn abort() {
+    // SAFETY: MPI is initialised whenever the program can panic on more than one rank.
+    unsafe { sys::MPI_Abort(sys::RSMPI_COMM_WORLD, 1) };
+}

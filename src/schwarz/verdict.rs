@@ -1,70 +1,7 @@
 //! How an alternation ends, and the watch that recognises an end that is no convergence.
-use serde::Serialize;
 use std::collections::HashMap;
 
-/// Why a run ended. The list is closed: scripts rely on it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Reason {
-    /// Displacements and forces agree on a contact set that no longer changes.
-    Converged,
-    /// The bodies do not touch, and nothing penetrates.
-    Open,
-    /// The case has no contact pair.
-    NoContact,
-    /// The contact set became empty although the bodies penetrate without contact forces.
-    Emptied,
-    /// The same contact sets return without progress.
-    Cycling,
-    /// The displacement jump grows.
-    Diverging,
-    /// The displacement jump no longer decreases.
-    Stalled,
-    /// The iterates are at rest, but the two sides' displacements or forces do not agree.
-    Unbalanced,
-    /// Nodes outside the search distance penetrate.
-    Penetration,
-    /// The iteration limit was reached.
-    MaxAlternations,
-}
-
-impl Reason {
-    /// True if the result may be used.
-    pub fn converged(self) -> bool {
-        matches!(self, Reason::Converged | Reason::Open | Reason::NoContact)
-    }
-
-    /// One sentence: what happened and what to do.
-    pub fn explanation(self) -> &'static str {
-        match self {
-            Reason::Converged => "displacements and forces of the two sides agree",
-            Reason::Open => "the bodies do not touch",
-            Reason::NoContact => "no contact pair: one linear solve per body",
-            Reason::Emptied => {
-                "the contact emptied while the bodies still penetrate: \
-                 use weights = \"response\", or check supports and gap"
-            }
-            Reason::Cycling => {
-                "the same contact sets return for ever: \
-                 use weights = \"response\", refine the contact zone, or check the gap"
-            }
-            Reason::Diverging => {
-                "the displacement jump grows: \
-                 this weight does not suit the bodies' stiffness ratio; use weights = \"response\" or \"stiffness\""
-            }
-            Reason::Stalled => {
-                "the displacement jump no longer decreases: \
-                 no weight of this kind suits all interface modes; try weights = \"stiffness\""
-            }
-            Reason::Unbalanced => {
-                "the iterates are at rest, but the two sides do not agree: \
-                 the pointwise transfer needs nodes that match across the interface"
-            }
-            Reason::Penetration => "nodes further apart than search_distance penetrate: increase it",
-            Reason::MaxAlternations => "the iteration limit was reached: increase max_alternations",
-        }
-    }
-}
+pub use crate::output::Reason;
 
 /// Follows the displacement jump and the contact set from one alternation to the next.
 #[derive(Debug, Default)]
