@@ -120,6 +120,11 @@ impl Plan {
         all.chunks_exact(2).map(|c| [c[0] as usize, c[1] as usize]).collect()
     }
 
+    /// The exchange between this rank's surfaces and their partners'.
+    pub fn exchange(&self, case: &Case) -> Exchange<'_> {
+        Exchange { comm: self.groups.roots.as_ref(), partners: self.partners(case) }
+    }
+
     /// Partners of this rank's surfaces.
     fn partners(&self, case: &Case) -> Vec<Partner> {
         self.ends
@@ -152,6 +157,59 @@ struct Contacts {
     matching: Vec<bool>,
 }
 
+/// The bodies as the alternation needs them: assembled, factorised, their contact nodes paired.
+pub struct Interface {
+    /// Meshes, rank groups, contact surfaces.
+    pub plan: Plan,
+    /// This group's bodies.
+    pub bodies: Vec<Body>,
+    /// Their compliances, on the group's first rank.
+    pub compliances: Vec<Compliance>,
+    /// Sides of pairs, on the group's first rank.
+    contacts: Option<Contacts>,
+    /// Wall seconds up to the paired surfaces.
+    pairing_seconds: f64,
+}
+
+impl Interface {
+    /// Builds it. Collective.
+    pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<Interface> {
+        let start = Instant::now();
+        let plan = Plan::new(case, world)?;
+        let groups = &plan.groups;
+        // Both groups of a pair hold both surfaces.
+        let exchange = plan.exchange(case);
+        let contacts = if groups.is_root() { pair_up(case, &plan, &exchange).map(Some) } else { Ok(None) };
+        let contacts = agree(world, contacts)?;
+        let pairing_seconds = start.elapsed().as_secs_f64();
+        let (mut bodies, mut compliances) = (Vec::new(), Vec::new());
+        let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
+            if let Some(options) = &case.bodies[b].solver {
+                petsc::set_options(&prefixed(options, &case.bodies[b].name))?;
+            }
+            let mut body = Body::new(&case.bodies[b], case.analysis, &plan.meshes[i], &groups.group)?;
+            let condensing = Instant::now();
+            let observed: Vec<u32> = std::iter::zip(&plan.surfaces, &plan.ends)
+                .filter(|(_, end)| end.2 == b)
+                .flat_map(|(surface, _)| surface.nodes.clone())
+                .collect();
+            let rows = contacts.as_ref().map_or_else(Vec::new, |c| contact_rows(c, i));
+            let compliance = Compliance::new(&mut body, &groups.group, &observed, rows)?;
+            body.cost.factor += condensing.elapsed().as_secs_f64();
+            compliances.extend(compliance);
+            bodies.push(body);
+            Ok(())
+        });
+        agree(world, built)?;
+        Ok(Interface { plan, bodies, compliances, contacts, pairing_seconds })
+    }
+
+    /// This rank's sides of pairs; none but on the first rank of a group.
+    pub fn sides(&self) -> &[Side] {
+        self.contacts.as_ref().map_or(&[], |c| &c.sides)
+    }
+}
+
 /// Runs a case and writes its results. Returns the summary (complete on world rank 0). Collective.
 pub fn run(
     case: &Case,
@@ -161,37 +219,11 @@ pub fn run(
 ) -> Result<Summary> {
     let start = Instant::now();
     output::prepare(world, directory)?;
-    let plan = Plan::new(case, world)?;
+    let Interface { plan, mut bodies, mut compliances, contacts, pairing_seconds } = Interface::new(case, world)?;
     let groups = &plan.groups;
+    let exchange = plan.exchange(case);
     let mut seconds = [0.0; 6];
-
-    // Contact geometry: both groups of a pair hold both surfaces.
-    let exchange = Exchange { comm: groups.roots.as_ref(), partners: plan.partners(case) };
-    let contacts = if groups.is_root() { pair_up(case, &plan, &exchange) } else { Ok(None) };
-    let contacts = agree(world, contacts)?;
-    seconds[0] = start.elapsed().as_secs_f64();
-
-    // The bodies: assembled, factorised, and asked for the compliance of their contact nodes.
-    let mut bodies = Vec::new();
-    let mut compliances = Vec::new();
-    let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
-        if let Some(options) = &case.bodies[b].solver {
-            petsc::set_options(&prefixed(options, &case.bodies[b].name))?;
-        }
-        let mut body = Body::new(&case.bodies[b], case.analysis, &plan.meshes[i], &groups.group)?;
-        let condensing = Instant::now();
-        let observed: Vec<u32> = std::iter::zip(&plan.surfaces, &plan.ends)
-            .filter(|(_, end)| end.2 == b)
-            .flat_map(|(surface, _)| surface.nodes.clone())
-            .collect();
-        let rows = contacts.as_ref().map_or_else(Vec::new, |c| contact_rows(c, i));
-        let compliance = Compliance::new(&mut body, &groups.group, &observed, rows)?;
-        body.cost.factor += condensing.elapsed().as_secs_f64();
-        compliances.extend(compliance);
-        bodies.push(body);
-        Ok(())
-    });
-    agree(world, built)?;
+    seconds[0] = pairing_seconds;
     (seconds[1], seconds[2]) =
         bodies.iter().fold((0.0, 0.0), |s, b| (s.0 + b.cost.assemble, s.1 + b.cost.factor));
 
@@ -236,11 +268,11 @@ pub fn run(
     // The verdict and the files.
     let writing = Instant::now();
     let mut warnings = Vec::new();
-    let (pairs, tables, beyond) = pair_results(case, &plan, &contacts, &found, &exchange, world, &mut warnings);
+    let (pairs, tables, beyond) = pair_results(case, &plan, &contacts, &found, world, &mut warnings);
     if found.reason.converged() && beyond {
         found.reason = Reason::Penetration;
     }
-    let checks = checks(&balances, &pairs, &tables, groups, world);
+    let checks = checks(&balances, &pairs, &tables, world);
     let header = share_outcome(world, found.reason, &found.history);
     let info = RunInfo {
         case: case.name.clone(),
@@ -295,7 +327,7 @@ pub fn run(
 }
 
 /// Conjugate points and candidates of every pair this rank shares. Collective on the roots.
-fn pair_up(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Option<Contacts>> {
+fn pair_up(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
     let packed: Vec<Vec<f64>> = plan.surfaces.iter().map(Surface::pack).collect();
     let others: Vec<Surface> = exchange.swap(&packed).iter().map(|v| Surface::unpack(v)).collect();
     let own_modulus = |b: usize| LinearElastic::new(&case.bodies[b].material, case.analysis).plane_modulus();
@@ -358,7 +390,7 @@ fn pair_up(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Option<Conta
         contacts.beyond.push(beyond);
         offsets[place] += n;
     }
-    Ok(Some(contacts))
+    Ok(contacts)
 }
 
 fn search_distance(contact: &ContactCase, own: &Surface, other: &Surface) -> f64 {
@@ -576,7 +608,6 @@ fn pair_results(
     plan: &Plan,
     contacts: &Option<Contacts>,
     found: &Found,
-    exchange: &Exchange,
     world: &SimpleCommunicator,
     warnings: &mut Vec<String>,
 ) -> (Vec<output::PairSummary>, Vec<PairTables>, bool) {
@@ -590,7 +621,7 @@ fn pair_results(
         .collect();
     // Per pair: sums over the ranks of what each side contributes, and maxima.
     let mut sums = vec![[0.0; 12]; case.contacts.len()];
-    let mut maxima = vec![[0.0_f64; 3]; case.contacts.len()];
+    let mut maxima = vec![[0.0_f64; 5]; case.contacts.len()];
     if let Some(contacts) = contacts {
         for (i, (side, state)) in std::iter::zip(&contacts.sides, &found.states).enumerate() {
             let surface = &plan.surfaces[i];
@@ -610,6 +641,12 @@ fn pair_results(
             sum[10] += f64::from(u8::from(!contacts.matching[i]));
             max[0] = table.pressure.iter().copied().fold(max[0], f64::max);
             max[1] = state.gap.iter().map(|g| -g).fold(max[1], f64::max);
+            for (k, node) in side.nodes.iter().enumerate() {
+                let pressure = state.force[k] / surface.weights[node.node];
+                let travel = dot(&node.conjugate.normal, &state.displacement[node.node]).abs();
+                max[3] = max[3].max((pressure * state.gap[k]).abs());
+                max[4] = max[4].max(state.gap[k].abs()).max(node.conjugate.gap.abs()).max(travel);
+            }
             for node in &contacts.beyond[i] {
                 let other = Side::vector_at_conjugate(node, &state.other_displacement);
                 let approach = crate::contact::vector::sub(&state.displacement[node.node], &other);
@@ -618,7 +655,6 @@ fn pair_results(
             tables[side.pair].sides[column] = Some(table);
         }
     }
-    let _ = exchange;
     let sums = parallel::sum(world, sums.as_flattened());
     let maxima = parallel::max(world, maxima.as_flattened());
     let threshold = parallel::max(world, &[found.gap_threshold])[0];
@@ -628,7 +664,7 @@ fn pair_results(
         .iter()
         .enumerate()
         .map(|(p, contact)| {
-            let (s, m) = (&sums[12 * p..12 * p + 12], &maxima[3 * p..3 * p + 3]);
+            let (s, m) = (&sums[12 * p..12 * p + 12], &maxima[5 * p..5 * p + 5]);
             beyond |= m[2] > threshold;
             let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             let together: Vec<f64> = (0..3).map(|c| s[c] + s[3 + c]).collect();
@@ -649,6 +685,7 @@ fn pair_results(
                 contact_length: s[7],
                 max_penetration: m[1],
                 force_imbalance,
+                complementarity: if m[0] * m[4] > 0.0 { m[3] / (m[0] * m[4]) } else { 0.0 },
                 active: s[8] as u64,
                 candidates: s[9] as u64,
             }
@@ -717,11 +754,10 @@ fn checks(
     balances: &[Balance],
     pairs: &[output::PairSummary],
     tables: &[PairTables],
-    groups: &Groups,
     world: &SimpleCommunicator,
 ) -> output::Checks {
     let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
-    let mut worst = [0.0_f64; 6];
+    let mut worst = [0.0_f64; 4];
     for b in balances {
         worst[0] = worst[0].max(ratio(b.residual2[0].sqrt(), b.residual2[1].sqrt()));
         let resultant = b.resultant.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -730,22 +766,16 @@ fn checks(
     }
     for side in tables.iter().flat_map(|t| t.sides.iter().flatten()) {
         let largest = side.pressure.iter().copied().fold(0.0, f64::max);
-        let gaps = side.gap.iter().copied().filter(|g| g.is_finite());
-        let widest = gaps.fold(0.0, |w: f64, g| w.max(g.abs()));
         let lowest = side.pressure.iter().copied().fold(0.0, f64::min);
         worst[3] = worst[3].max(ratio(-lowest, largest));
-        for (p, g) in std::iter::zip(&side.pressure, &side.gap).filter(|(_, g)| g.is_finite()) {
-            worst[4] = worst[4].max(ratio((p * g).abs(), largest * widest));
-        }
     }
-    let _ = groups;
     let worst = parallel::max(world, &worst);
     output::Checks {
         residual: worst[0],
         equilibrium: worst[1],
         virtual_work: worst[2],
         tension: worst[3],
-        complementarity: worst[4],
+        complementarity: pairs.iter().map(|p| p.complementarity).fold(0.0, f64::max),
         action_reaction: pairs.iter().map(|p| p.force_imbalance).fold(0.0, f64::max),
         penetration: pairs.iter().map(|p| p.max_penetration).fold(0.0, f64::max),
     }

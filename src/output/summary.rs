@@ -185,7 +185,7 @@ pub struct Checks {
     /// Largest tension over the largest pressure.
     #[serde(skip_serializing_if = "not_finite")]
     pub tension: f64,
-    /// Largest |pressure x gap| over the product of the largest ones.
+    /// Largest complementarity of a pair.
     #[serde(skip_serializing_if = "not_finite")]
     pub complementarity: f64,
     /// Largest |F_A + F_B| / (|F_A| + |F_B|) of a pair.
@@ -219,6 +219,9 @@ pub struct PairSummary {
     /// |F_A + F_B| / (|F_A| + |F_B|), -.
     #[serde(skip_serializing_if = "not_finite")]
     pub force_imbalance: f64,
+    /// Largest |pressure x gap| over the product of the largest pressure and the largest gap or travel, -.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub complementarity: f64,
     /// Nodes in contact, both sides.
     pub active: u64,
     /// Nodes that could be, both sides.

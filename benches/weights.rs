@@ -1,0 +1,196 @@
+//! How many alternations each weight needs, by stiffness ratio: the paper's alternation on a cylinder on a block.
+//!
+//! `cargo bench --bench weights` writes docs/benchmarks/weights.md.
+//!
+//! Cylinder on block, frictionless, plane strain, quad4, matching nodes: R = 0.05 m, E_B = 210 GPa, nu = 0.3. Block
+//! |x| <= 0.05, -0.05 <= y <= 0, bottom clamped; upper body from the arc (|x| <= 0.04) up to y = 0.05, its top moved
+//! by (0, -2e-4) m. Counted: alternations until the contact forces are within 1e-8 of the discrete solution.
+use kontakt::{
+    Result, case, petsc,
+    schwarz::{Alternation, Reason, Settings, Watch, weights::Weights},
+    simulation::Interface,
+};
+use mpi::{topology::SimpleCommunicator, traits::*};
+use std::fmt::Write;
+
+const RATIOS: [f64; 6] = [1.0, 2.0, 5.0, 10.0, 1e4, 1e-4];
+const WEIGHTS: [(&str, Weights); 6] = [
+    ("constant 0.5", Weights::Constant(0.5)),
+    ("ratio per component (34, 36)", Weights::Component),
+    ("ratio of magnitudes (32, 35)", Weights::Magnitude),
+    ("response per node", Weights::Response),
+    ("response per surface", Weights::ResponseSurface),
+    ("stiffness", Weights::Stiffness),
+];
+
+/// x of the contact nodes: 121 uniform in |x| <= 0.01, 12 elements to each side up to `end`, geometric.
+fn columns(end: f64) -> Vec<f64> {
+    let h = 0.02 / 120.0;
+    let side = geometric(end - 0.01, 12, h);
+    let mut x: Vec<f64> = side.iter().rev().map(|d| -0.01 - d).collect();
+    x.extend((0..=120).map(|i| (f64::from(i) - 60.0) * h));
+    x.extend(side.iter().map(|d| 0.01 + d));
+    x
+}
+
+/// Distances of `n` nodes: the first cell has size `first`, the last ends at `length`.
+fn geometric(length: f64, n: usize, first: f64) -> Vec<f64> {
+    let sum = |q: f64| (0..n).map(|i| first * q.powi(i as i32)).sum::<f64>();
+    let (mut low, mut high) = (1.0, 10.0);
+    for _ in 0..200 {
+        let q = 0.5 * (low + high);
+        if sum(q) < length { low = q } else { high = q }
+    }
+    let mut at = 0.0;
+    (0..n)
+        .map(|i| {
+            at += first * low.powi(i as i32);
+            at
+        })
+        .collect()
+}
+
+fn list(values: impl IntoIterator<Item = f64>) -> String {
+    let text: Vec<String> = values.into_iter().map(|v| format!("{v:e}")).collect();
+    format!("{{ at = [{}], cells = [{}] }}", text.join(", "), vec!["1"; text.len() - 1].join(", "))
+}
+
+fn case_text(ratio: f64) -> String {
+    let depth = geometric(1.0, 24, 0.02 / 120.0 / 0.05);
+    let up = std::iter::once(0.0).chain(depth.iter().copied().take(23)).chain([1.0]);
+    let down = depth.iter().take(23).map(|d| -0.05 * d).chain([-0.05]).rev_list().chain([0.0]);
+    let half = 0.8_f64.asin();
+    let u = columns(0.04).into_iter().map(|x| 0.5 + 0.5 * (x.clamp(-0.04, 0.04) / 0.05).asin() / half);
+    let mut u: Vec<f64> = u.collect();
+    let last = u.len() - 1;
+    (u[0], u[last]) = (0.0, 1.0);
+    let mut x = columns(0.05);
+    (x[0], x[last]) = (-0.05, 0.05);
+    format!(
+        r#"
+analysis = "plane strain"
+[material.a]
+young = {young:e}
+poisson = 0.3
+[material.b]
+young = 2.1e11
+poisson = 0.3
+[[body]]
+name = "cylinder"
+material = "a"
+element = "quad4"
+mesh.block = {{ corners = [[-0.04, 0.02], [0.04, 0.02], [0.04, 0.05], [-0.04, 0.05]], arcs = {{ bottom = [0, 0.05] }}, u = {u}, v = {v} }}
+[[body.support]]
+surface = "top"
+x = 0
+y = -2e-4
+[[body]]
+name = "block"
+material = "b"
+element = "quad4"
+mesh.rectangle = {{ x = {x}, y = {y} }}
+[[body.support]]
+surface = "bottom"
+x = 0
+y = 0
+[[contact]]
+name = "contact"
+surfaces = ["cylinder.bottom", "block.top"]
+within = {{ x = [-0.01, 0.01] }}
+"#,
+        young = 2.1e11 * ratio,
+        u = list(u),
+        v = list(up),
+        x = list(x),
+        y = list(down),
+    )
+}
+
+trait RevList: Iterator<Item = f64> + Sized {
+    fn rev_list(self) -> std::vec::IntoIter<f64> {
+        let mut all: Vec<f64> = self.collect();
+        all.reverse();
+        all.into_iter()
+    }
+}
+impl<I: Iterator<Item = f64>> RevList for I {}
+
+/// Alternations until the contact forces are within 1e-8 of `exact`, or how it fails.
+fn count(
+    case: &case::Case,
+    interface: &mut Interface,
+    weights: Weights,
+    exact: &mut Option<Vec<f64>>,
+) -> Result<String> {
+    let exchange = interface.plan.exchange(case);
+    let sides = interface.sides().to_vec();
+    // The reference must be converged far below what is measured.
+    let (tolerance, limit) = if exact.is_none() { (1e-13, 60) } else { (1e-30, 300) };
+    let settings = Settings { weights, tolerance, max_alternations: limit };
+    let mut alternation = Alternation::new(&mut interface.compliances, &sides, &exchange, settings)?;
+    let mut watch = Watch::new(0.0);
+    let mut errors = Vec::new();
+    for _ in 0..limit {
+        let measures = alternation.alternate()?;
+        let forces: Vec<f64> = alternation.states.iter().flat_map(|s| s.force.clone()).collect();
+        let Some(exact) = exact.as_ref() else { continue };
+        let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|f| f * f).sum::<f64>().sqrt();
+        let size = norm(&mut exact.iter().copied());
+        errors.push(norm(&mut std::iter::zip(&forces, exact).map(|(f, e)| f - e)) / size);
+        if errors.last().is_some_and(|e| *e <= 1e-8) {
+            return Ok(errors.len().to_string());
+        }
+        if watch.observe(measures.jump, 0) == Some(Reason::Diverging) {
+            return Ok("diverges".into());
+        }
+    }
+    if exact.is_none() {
+        *exact = Some(alternation.states.iter().flat_map(|s| s.force.clone()).collect());
+        return Ok(String::new());
+    }
+    let best = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    Ok(if best < 0.05 { format!("stalls at {best:.0e}") } else { "diverges".into() })
+}
+
+fn table(world: &SimpleCommunicator) -> Result<String> {
+    let mut text = String::from(
+        "# Alternations by weight and stiffness ratio\n\n\
+         Written by `cargo bench --bench weights`. Cylinder on block (R = 0.05 m, 121 candidate nodes, matching), the paper's\n\
+         alternation; counted until the contact forces are within 1e-8 of the discrete solution.\n\n| E_A/E_B |",
+    );
+    WEIGHTS.iter().for_each(|(name, _)| write!(text, " {name} |").expect("a string grows"));
+    text += &format!("\n|{}\n", "---|".repeat(WEIGHTS.len() + 1));
+    let directory = std::env::temp_dir().join(format!("kontakt-weights-{}", std::process::id()));
+    std::fs::create_dir_all(&directory).map_err(kontakt::Error::internal)?;
+    for ratio in RATIOS {
+        let file = directory.join("case.toml");
+        std::fs::write(&file, case_text(ratio)).map_err(kontakt::Error::internal)?;
+        let case = case::read(&file, None, &[])?;
+        let mut interface = Interface::new(&case, world)?;
+        let mut exact = None;
+        count(&case, &mut interface, Weights::Stiffness, &mut exact)?;
+        let mut row = format!("| {ratio:e} |");
+        for (_, weights) in WEIGHTS {
+            row += &format!(" {} |", count(&case, &mut interface, weights, &mut exact)?);
+        }
+        println!("{row}");
+        text += &row;
+        text.push('\n');
+    }
+    let _ = std::fs::remove_dir_all(directory);
+    Ok(text)
+}
+
+fn main() -> Result<()> {
+    let universe = mpi::initialize().ok_or_else(|| kontakt::Error::internal("MPI is already running"))?;
+    let session = petsc::Session::start()?;
+    let text = table(&universe.world())?;
+    drop(session);
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/benchmarks/weights.md");
+    std::fs::create_dir_all(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/benchmarks"))
+        .and_then(|()| std::fs::write(path, text))
+        .map_err(kontakt::Error::internal)?;
+    let _ = universe.world().rank();
+    println!("written to docs/benchmarks/weights.md");
+    Ok(())
+}
