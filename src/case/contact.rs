@@ -69,7 +69,7 @@ fn surface(field: &Field<'_>, name: &str, bodies: &[NamedBody<'_>]) -> Option<(u
 
 fn index_of(field: &Field<'_>, name: &str, bodies: &[NamedBody<'_>]) -> Option<usize> {
     bodies.iter().position(|(other, _)| *other == name).or_else(|| {
-        let names: Vec<&str> = bodies.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = bodies.iter().map(|(name, _)| *name).filter(|name| !name.is_empty()).collect();
         field.refuse(format!("there is no body '{name}'; {}", nearest::hint(name, &names).trim_end()))
     })
 }

@@ -1,7 +1,7 @@
 //! Expressions of the coordinates: `max(600 - 16000*x, 200)`.
 //!
-//! Compiled once into a postfix program on a small stack. The usual rules hold: `-x^2` is `-(x^2)`, `2^3^2` is
-//! `2^(3^2)`, `a/b*c` is `(a/b)*c`, `1e-3` is a number.
+//! Compiled once into a postfix program on a small stack. The usual rules hold: `-x^2` is `-(x^2)`, `2^3^2`
+//! is `2^(3^2)`, `a/b*c` is `(a/b)*c`, `1e-3` is a number.
 use super::nearest;
 
 /// A parsed expression of `x`, `y`, `z`.
@@ -16,6 +16,8 @@ pub struct Expression {
 #[derive(Debug, Clone, Copy)]
 struct Frame {
     angle: f64,
+    sin: f64,
+    cos: f64,
     length: f64,
     value: f64,
 }
@@ -31,8 +33,10 @@ enum Op {
 
 const VARIABLES: [&str; 3] = ["x", "y", "z"];
 const CONSTANTS: [(&str, f64); 1] = [("pi", std::f64::consts::PI)];
+type Function = (&'static str, fn(f64) -> f64);
+type FunctionOfTwo = (&'static str, fn(f64, f64) -> f64);
 /// Functions of one argument.
-pub(super) const FUNCTIONS: [(&str, fn(f64) -> f64); 14] = [
+pub(super) const FUNCTIONS: [Function; 14] = [
     ("abs", f64::abs),
     ("sqrt", f64::sqrt),
     ("exp", f64::exp),
@@ -49,7 +53,7 @@ pub(super) const FUNCTIONS: [(&str, fn(f64) -> f64); 14] = [
     ("tanh", f64::tanh),
 ];
 /// Functions of two arguments.
-pub(super) const FUNCTIONS_OF_TWO: [(&str, fn(f64, f64) -> f64); 3] =
+pub(super) const FUNCTIONS_OF_TWO: [FunctionOfTwo; 3] =
     [("min", f64::min), ("max", f64::max), ("atan2", f64::atan2)];
 /// Deepest stack a program may need, and deepest nesting of brackets.
 const DEPTH: usize = 32;
@@ -65,16 +69,15 @@ impl Expression {
         if stack_depth(&parser.program) > DEPTH {
             return Err("too deeply nested".into());
         }
-        let frame = Frame { angle: 0.0, length: 1.0, value: 1.0 };
+        let frame = Frame { angle: 0.0, sin: 0.0, cos: 1.0, length: 1.0, value: 1.0 };
         Ok(Expression { text: text.to_string(), program: parser.program, frame })
     }
 
     /// Value at a point.
     pub fn at(&self, x: &[f64; 3]) -> f64 {
-        let (sin, cos) = self.frame.angle.sin_cos();
-        let length = self.frame.length;
+        let Frame { sin, cos, length, value, .. } = self.frame;
         let x = [length * (cos * x[0] + sin * x[1]), length * (cos * x[1] - sin * x[0]), length * x[2]];
-        self.frame.value * run(&self.program, &x)
+        value * run(&self.program, &x)
     }
 
     /// As written.
@@ -86,6 +89,7 @@ impl Expression {
     pub fn rotated(&self, angle: f64) -> Self {
         let mut turned = self.clone();
         turned.frame.angle += angle;
+        (turned.frame.sin, turned.frame.cos) = turned.frame.angle.sin_cos();
         turned
     }
 

@@ -1,7 +1,7 @@
 //! Positions of the cell boundaries along one direction of a structured mesh.
 //!
-//! Input that mirrors another, or itself, about 0 gives positions that do so to the last bit: each position is
-//! computed from the nearer end of its interval, by the same operations on both sides.
+//! Input that mirrors another, or itself, about 0 gives positions that do so to the last bit: each position
+//! is computed from the nearer end of its interval, by the same operations on both sides.
 use super::Grading;
 use super::reader::{Field, Fields};
 
@@ -158,11 +158,12 @@ fn geometric_fraction(ratio: f64, n: usize, i: usize) -> f64 {
     (log_g * i as f64).exp_m1() / (log_g * n as f64).exp_m1()
 }
 
-/// Cells of a geometric progression over `length` whose first and last size are `sizes`, as nearly as a whole number
-/// of cells allows. Their ratio is met exactly.
+/// Cells of a geometric progression over `length` whose first and last size are `sizes`, as nearly as a whole
+/// number of cells allows. Their ratio is met exactly.
 pub(super) fn cells_for_sizes(length: f64, sizes: [f64; 2]) -> Cells {
     let (small, large) = (sizes[0].min(sizes[1]), sizes[0].max(sizes[1]));
-    // sum of the progression = length: g = (length - small) / (length - large), count = 1 + ln(large/small) / ln(g)
+    // sum of the progression = length: g = (length - small) / (length - large), count = 1 + ln(large/small) /
+    // ln(g)
     let count = if small == large {
         length / small
     } else if large < length {
@@ -210,7 +211,8 @@ mod tests {
             let at = expand(&[0.0, length], &[cells]).unwrap().at;
             let n = cells.count as f64;
             let h = [at[1], length - at[cells.count - 1]];
-            // one cell more or less changes every size by a factor of about 1 +- 1/n; rounding by half of that
+            // one cell more or less changes every size by a factor of about 1 +- 1/n; rounding by half of
+            // that
             for (h, wanted) in h.iter().zip([first, last]) {
                 assert!(
                     (h / wanted).ln().abs() < 0.75 / (n - 1.0).max(1.0) * (1.0 + (last / first).ln().abs()),

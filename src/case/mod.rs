@@ -12,13 +12,16 @@ mod nearest;
 mod node;
 mod read;
 mod reader;
+mod reference;
 mod schema;
 mod shape;
 mod temperature_file;
+mod transform;
 mod units;
 
 pub use expression::Expression;
 pub use read::{read, variant_names};
+pub use reference::reference;
 
 use crate::error::Error;
 

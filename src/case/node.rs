@@ -108,6 +108,7 @@ impl fmt::Display for Node {
         match &self.value {
             Value::Bool(value) => write!(f, "{value}"),
             Value::Integer(value) => write!(f, "{value}"),
+            Value::Float(value) if value.is_nan() => f.write_str("nan"),
             Value::Float(value) => write!(f, "{value:?}"),
             Value::Text(text) => f.write_str(&quoted(text)),
             Value::Date(text) => f.write_str(text),

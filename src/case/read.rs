@@ -107,7 +107,8 @@ fn apply_variant(root: &mut Node, name: &str) -> Result<Vec<String>> {
 
 fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     let fields = reader.open("case", root, "")?;
-    (fields.text("title"), fields.choice("units"));
+    fields.text("title");
+    fields.choice("units");
     read_variants(&fields);
     let analysis = analysis(&fields);
     let materials = material::read_all(&fields);
@@ -159,7 +160,9 @@ fn read_variants(fields: &Fields<'_>) {
     let tables = fields.tables("variant");
     refuse_duplicates(&tables, "variants");
     for table in &tables {
-        (table.name("name"), table.text("title"), table.texts("remove"));
+        table.name("name");
+        table.text("title");
+        table.texts("remove");
         if let Some(set) = table.field("set")
             && set.node.entries().is_none()
         {
@@ -176,4 +179,183 @@ pub fn variant_names(path: &Path) -> Result<Vec<String>> {
         std::fs::read_to_string(&file).map_err(|e| Error::Input(format!("{shown}: cannot be read: {e}")))?;
     let root = Node::parse(&text, &shown)?;
     Ok(variants(&root).iter().filter_map(|node| Some(node.get("name")?.text()?.to_string())).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::schema::TABLES;
+    use super::*;
+
+    /// Cases that between them have every table of the schema.
+    const EVERYTHING: [&str; 3] = [
+        r#"analysis = "plane stress"
+[material.a]
+young = { temperature = [293, 373], value = [1, 2] }
+poisson = 0.3
+[alternation]
+[output]
+[[variant]]
+name = "v"
+[[contact]]
+surfaces = ["a.left", "b.right"]
+within = { x = [0, 1] }
+[[probe]]
+name = "p"
+body = "a"
+at = [0, 0]
+[[body]]
+name = "a"
+material = "a"
+mesh.rectangle = { x = { from = 0, to = 1, cells = 1 }, y = { from = 0, to = 1, cells = 1 } }
+temperature = { file = "t.csv" }
+[[body.support]]
+surface = "left"
+x = 0
+[[body.load]]
+body_force = [0, 1]
+[[body]]
+name = "b"
+material = { file = "m.toml", name = "a" }
+mesh.block = { corners = [[0, 0], [1, 0], [1, 1], [0, 1]], arcs.top = [0.5, 0], u.cells = 1, v.cells = 1 }
+"#,
+        r#"analysis = "plane stress"
+[[body]]
+name = "a"
+material = { young = 1, poisson = 0 }
+mesh.ring = { radius = { from = 1, to = 2, cells = 1 }, angle = { from = 0, to = 90, cells = 1 } }
+[[body]]
+name = "b"
+material = { young = 1, poisson = 0 }
+mesh.half_disc.radius = 1
+mesh.half_disc.arc = "up"
+mesh.half_disc.core = 2
+mesh.half_disc.depth = { to = 0.3, cells = 1 }
+mesh.half_disc.angle = { from = -30, to = 30, cells = 2 }
+"#,
+        r#"analysis = "plane stress"
+[[body]]
+name = "a"
+material = { young = 1, poisson = 0 }
+mesh.disc = { radius = 1, quarter = 2, depth = { to = 0.3, cells = 1 } }
+[[body]]
+name = "b"
+material = { young = 1, poisson = 0 }
+mesh = { file = "b.msh", group = "b", scale = 1e-3 }
+"#,
+    ];
+
+    #[test]
+    fn every_key_of_the_schema_is_read_and_every_key_read_is_in_it() {
+        let directory = tempfile::tempdir().unwrap();
+        std::fs::write(directory.path().join("t.csv"), "x,y,temperature\n0,0,300\n").unwrap();
+        std::fs::write(directory.path().join("m.toml"), "[material.a]\nyoung = 1\npoisson = 0\n").unwrap();
+        std::fs::write(directory.path().join("b.msh"), "").unwrap();
+        let mut asked = BTreeSet::new();
+        for text in EVERYTHING {
+            let reader = Reader::new(Units::Si, directory.path().to_path_buf());
+            let root = Node::parse(text, "f.toml").unwrap();
+            let case = read_tree(&reader, &root);
+            asked.extend(reader.asked.borrow().iter().copied());
+            // A key that is read but not in the schema, or as another type, is an "internal" error here.
+            reader.finish(case).unwrap();
+        }
+        let schema: BTreeSet<_> =
+            TABLES.iter().flat_map(|t| t.keys.iter().map(|key| (t.name, key.name))).collect();
+        let unread: Vec<_> = schema.difference(&asked).collect();
+        assert!(unread.is_empty(), "in the schema, but never read: {unread:?}");
+    }
+
+    /// Every key with a type in the schema is also read as that type.
+    #[test]
+    fn every_key_can_be_given() {
+        let all = r#"title = "T"
+units = "SI"
+analysis = "plane strain"
+thickness = "2 mm"
+[material.a]
+young = "1 GPa"
+poisson = 0.3
+expansion = { temperature = ["0 degC", "100 degC"], value = ["1e-5 1/K", 2e-5] }
+reference_temperature = "20 degC"
+[alternation]
+weights = 0.25
+tolerance = 1e-6
+max_alternations = 7
+[output]
+stress = "von Mises"
+magnification = 5
+window = [[0, 0], [1, "10 mm"]]
+[[variant]]
+name = "v"
+title = "V"
+remove = ["contact"]
+set = { thickness = 3 }
+[[contact]]
+name = "c"
+surfaces = ["a.left", "b.right"]
+gap_offset = "-1 um"
+search_distance = "1 mm"
+conjugate = "intersection"
+[[body]]
+name = "a"
+material = "a"
+element = "quad8"
+formulation = "standard"
+solver = "-ksp_type cg"
+temperature = "300 + 10*x"
+mesh.rectangle.x = { at = [0, 1, 3], cells = [2, 4], ratio = [1, 3] }
+mesh.rectangle.y = { at = [0, 1], size = [0.1, 0.2] }
+mesh.rotate = 30
+mesh.translate = ["1 mm", 0]
+[[body.support]]
+surface = "left"
+within = { x = [0, 1], y = [0, "2 mm"] }
+x = "1e-3*y"
+y = "-1 um"
+angle = 30
+[[body.support]]
+point = [0, 0]
+y = 0
+[[body.load]]
+surface = "top"
+pressure = "10 MPa"
+[[body.load]]
+surface = "top"
+traction = ["1e5*x", 0]
+[[body.load]]
+point = [1, 1]
+force = ["1 kN", 0]
+[[body]]
+name = "b"
+material = "a"
+temperature = 300
+mesh.block = { corners = [[0, 0], [1, 0], [1, 1], [0, 1]], u.cells = 1, v.cells = 1 }
+[[body.load]]
+body_force = [0, "-76.5 kN/m3"]
+"#;
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("x.toml");
+        std::fs::write(&file, all).unwrap();
+        let case = read(&file, None, &[]).unwrap();
+        assert_eq!(case.analysis, Analysis::PlaneStrain { thickness: 2e-3 });
+        assert_eq!(case.name, "x");
+        let case = read(&file, Some("v"), &["thickness=4".into(), "body.a.temperature=300".into()]).unwrap();
+        assert_eq!((case.analysis.thickness(), case.contacts.len()), (4.0, 0));
+        assert_eq!((case.title.as_str(), case.variant.as_deref()), ("V", Some("v")));
+        let changes = "# variant v\n# remove contact\n# set thickness = 3\n# --set thickness=4\n";
+        assert!(case.text.contains(changes), "{}", case.text);
+    }
+
+    #[test]
+    fn the_example_of_the_reference_page_is_a_case() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("case.toml");
+        std::fs::write(&file, super::super::reference::EXAMPLE).unwrap();
+        read(directory.path(), None, &[]).unwrap();
+        let case = read(directory.path(), Some("C"), &[]).unwrap();
+        assert_eq!(case.contacts[0].gap, super::super::Gap::Value(2e-4));
+        assert_eq!(variant_names(&file).unwrap(), ["C"]);
+    }
 }

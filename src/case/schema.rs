@@ -90,7 +90,6 @@ use Kind::*;
 
 /// Names of the element kinds that generated meshes can have.
 pub(super) const ELEMENTS: &[&str] = &["tri3", "tri6", "quad4", "quad8"];
-const SHAPES: &str = "One of `rectangle`, `block`, `ring`, `half_disc`, `disc`, `file`.";
 const WITHIN: &str = "Only the part of the surface inside this box (a facet belongs if all its nodes do).";
 
 /// All tables, in the order of the reference page.
@@ -137,8 +136,10 @@ pub(super) const TABLES: &[Table] = &[
         name: "material",
         heading: "`[material.NAME]`",
         about: "Isotropic, linear elastic. A *property* is a number, a string with a unit, or a table over \
-temperature, `{ temperature = [293, 373], value = [214e9, 211e9] }`: linear between its rows, constant beyond its \
-ends. A body whose material has such a table needs a `temperature`; a body with a `temperature` needs `expansion`, \
+temperature, `{ temperature = [293, 373], value = [214e9, 211e9] }`: linear between its rows, constant \
+beyond its \
+ends. A body whose material has such a table needs a `temperature`; a body with a `temperature` needs \
+`expansion`, \
 unless a table says what else the temperature is for. Thermal strain is \
 `expansion(T) * (T - reference_temperature)`.",
         keys: &[
@@ -163,8 +164,10 @@ required with `expansion`.",
     Table {
         name: "material reference",
         heading: "A material from a file",
-        about: "In place of a name, `material` of a body can hold the keys of a material itself, or point to a file \
-of `[material.NAME]` tables: `material = { file = \"materials.toml\", name = \"40Kh\" }`. Plain numbers there are in \
+        about: "In place of a name, `material` of a body can hold the keys of a material itself, or point \
+to a file \
+of `[material.NAME]` tables: `material = { file = \"materials.toml\", name = \"40Kh\" }`. Plain numbers \
+there are in \
 the units of the case.",
         keys: &[
             key("file", Text, REQUIRED, "Path of the file, from the case file's directory."),
@@ -196,12 +199,18 @@ the units of the case.",
         name: "body",
         heading: "`[[body]]`",
         about: "Formulations: `standard` is the displacement element, for every kind. quad4 takes `enhanced` \
-(enhanced assumed strains, four parameters) and has it by default: the standard quad4 locks in bending and near \
-incompressibility, the enhanced one does in neither. quad8 takes `reduced` (2 x 2 points) and has it by default: it \
-does not lock near incompressibility, its stresses are superconvergent at these points, and its one zero-energy \
-mode cannot spread from element to element.\n\nSolver: by default a sparse Cholesky factorisation (L D L^T) by MUMPS, \
-made once and used again while the matrix does not change: the fastest set-up there is in two dimensions, and one \
-that no material contrast or mesh grading upsets. `solver = \"-ksp_type cg -pc_type gamg\"` changes it for this body, \
+(enhanced assumed strains, four parameters) and has it by default: the standard quad4 locks in bending and \
+near \
+incompressibility, the enhanced one does in neither. quad8 takes `reduced` (2 x 2 points) and has it by \
+default: it \
+does not lock near incompressibility, its stresses are superconvergent at these points, and its one \
+zero-energy \
+mode cannot spread from element to element.\n\nSolver: by default a sparse Cholesky factorisation (L D L^T) \
+by MUMPS, \
+made once and used again while the matrix does not change: the fastest set-up there is in two dimensions, \
+and one \
+that no material contrast or mesh grading upsets. `solver = \"-ksp_type cg -pc_type gamg\"` changes it for \
+this body, \
 with PETSc's own option names; `-body_<name>_ksp_type cg` does on the command line.",
         keys: &[
             key("name", Name, REQUIRED, "Name, unique among the bodies."),
@@ -245,14 +254,16 @@ field. Absent: no heat in this body.",
     Table {
         name: "temperature file",
         heading: "`temperature = { file = ... }`",
-        about: "Nodal values in a text file with commas between its columns and the header line `x,y,temperature`, \
+        about: "Nodal values in a text file with commas between its columns and the header line \
+`x,y,temperature`, \
 in the units of the case, one line for each node.",
         keys: &[key("file", Text, REQUIRED, "Path of the CSV file, from the case file's directory.")],
     },
     Table {
         name: "body.support",
         heading: "`[[body.support]]`",
-        about: "Prescribes one or both displacement components on a surface, a part of it, or the node at a point. \
+        about: "Prescribes one or both displacement components on a surface, a part of it, or the node at a \
+point. \
 What is not named is free. With `angle`, `x` and `y` are the components along the turned axes.",
         keys: &[
             key("surface", Text, ABSENT, "Name of a surface of this body. This or `point`."),
@@ -266,7 +277,8 @@ What is not named is free. With `angle`, `x` and `y` are the components along th
     Table {
         name: "body.load",
         heading: "`[[body.load]]`",
-        about: "One of `pressure`, `traction`, `force`, `body_force`. The first three act on a `surface`; a `force` \
+        about: "One of `pressure`, `traction`, `force`, `body_force`. The first three act on a `surface`; a \
+`force` \
 may act at a `point` instead; a `body_force` acts everywhere.",
         keys: &[
             key("surface", Text, ABSENT, "Name of a surface of this body."),
@@ -287,7 +299,8 @@ at the point.",
     Table {
         name: "within",
         heading: "`within`",
-        about: "A box with sides along x and y: `within = { x = [0, \"10 mm\"] }`. A direction not named is not limited.",
+        about: "A box with sides along x and y: `within = { x = [0, \"10 mm\"] }`. A direction not named is \
+not limited.",
         keys: &[
             key("x", Numbers(D::LENGTH), ABSENT, "Lower and upper end."),
             key("y", Numbers(D::LENGTH), ABSENT, "Lower and upper end."),
@@ -296,10 +309,13 @@ at the point.",
     Table {
         name: "mesh",
         heading: "`mesh`",
-        about: "One source: a generated shape, or a Gmsh file. `mesh.rectangle = { ... }` and \
-`mesh = { rectangle = { ... } }` are the same to TOML. A generated mesh is turned about the origin first and moved then.",
+        about: "Exactly one source: a generated shape (`rectangle`, `block`, `ring`, `half_disc`, `disc`) \
+or a Gmsh `file`. `mesh.rectangle = { ... }` and \
+`mesh = { rectangle = { ... } }` are the same to TOML. A generated mesh is turned about the origin first \
+and moved then; all other positions in the case (`point`, `within`, probes, expressions) are those of the \
+mesh so placed.",
         keys: &[
-            key("rectangle", Table("mesh.rectangle"), ABSENT, SHAPES),
+            key("rectangle", Table("mesh.rectangle"), ABSENT, "Rectangle with sides along x and y."),
             key("block", Table("mesh.block"), ABSENT, "Four corners, edges straight or circular."),
             key("ring", Table("mesh.ring"), ABSENT, "Sector of a ring, or a whole ring."),
             key(
@@ -366,7 +382,8 @@ fraction of its length).",
     Table {
         name: "arcs",
         heading: "`mesh.block.arcs`",
-        about: "The centre is equally far from both ends of the edge; the arc is the one shorter than a half circle.",
+        about: "The centre is equally far from both ends of the edge; the arc is the one shorter than a \
+half circle.",
         keys: &[
             key("bottom", Point(D::LENGTH), is("straight"), "Centre of the bottom edge's arc."),
             key("right", Point(D::LENGTH), is("straight"), "Centre of the right edge's arc."),
@@ -440,15 +457,18 @@ radius, to less than 1.",
     Table {
         name: "grading length",
         heading: "Grading",
-        about: "Where the cells of a structured mesh end. Plain numbers are in m for `x`, `y` and `radius`, in degrees for \
+        about: "Where the cells of a structured mesh end. Plain numbers are in m for `x`, `y` and `radius`, \
+in degrees for \
 `angle`, fractions for `u`, `v` and `depth`. Three forms:\n\n\
 ```toml\n\
 x = { from = 0, to = 0.04, cells = 5 }\n\
 x = { at = [-0.05, -0.01, 0.01, 0.05], cells = [12, 120, 12], ratio = [0.1, 1, 10] }\n\
 x = { at = [-0.05, 0, 0.05], size = [\"5 mm\", \"0.1 mm\", \"5 mm\"] }\n\
 ```\n\n\
-The last chooses the number of cells and their geometric progression so that the cells at the breakpoints have the sizes \
-wanted, as nearly as a whole number of cells allows. Input that is symmetric about 0 gives positions that are, to the last bit.",
+The last chooses the number of cells and their geometric progression so that the cells at the breakpoints \
+have the sizes \
+wanted, as nearly as a whole number of cells allows. Input that is symmetric about 0 gives positions that \
+are, to the last bit.",
         keys: GRADING_LENGTH,
     },
     Table { name: "grading angle", heading: "", about: "", keys: GRADING_ANGLE },
@@ -456,7 +476,8 @@ wanted, as nearly as a whole number of cells allows. Input that is symmetric abo
     Table {
         name: "contact",
         heading: "`[[contact]]`",
-        about: "A frictionless pair of surfaces of two bodies. `surfaces[0]` is side A. The gap is positive where the \
+        about: "A frictionless pair of surfaces of two bodies. `surfaces[0]` is side A. The gap is positive \
+where the \
 surfaces are apart, negative where they overlap (interference).",
         keys: &[
             key("name", Name, is("A.surface-B.surface"), "Name, unique among the pairs."),
@@ -486,16 +507,20 @@ surface are no candidates.",
                 Choice(&["closest point", "intersection"]),
                 is("\"closest point\""),
                 "How the point \
-opposite a node is found: closest-point projection, or the intersection of the node's normal with the other surface.",
+opposite a node is found: closest-point projection, or the intersection of the node's normal with the other \
+surface.",
             ),
         ],
     },
     Table {
         name: "alternation",
         heading: "`[alternation]`",
-        about: "Weights: `response` is the response per node, |v_m|/(|v_m| + |v_s|) with v = u - u_free, the default, since \
-it follows the stiffness of the two bodies without being told; `response per surface` takes norms over the active nodes; \
-`magnitude` and `component` are the paper's ratios (32, 35) and (34, 36); `stiffness` is E'_B/(E'_A + E'_B); a number in \
+        about: "Weights: `response` is the response per node, |v_m|/(|v_m| + |v_s|) with v = u - u_free, \
+the default, since \
+it follows the stiffness of the two bodies without being told; `response per surface` takes norms over the \
+active nodes; \
+`magnitude` and `component` are the paper's ratios (32, 35) and (34, 36); `stiffness` is E'_B/(E'_A + \
+E'_B); a number in \
 (0, 1) is the paper's constant.",
         keys: &[
             key(

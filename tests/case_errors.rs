@@ -1,0 +1,595 @@
+//! What a wrong case file says, rule by rule, and what good files mean.
+use std::path::Path;
+
+use kontakt::case::{self, Case, Gap, LoadKind, Property, Region, Scalar, Temperature, Weights};
+use kontakt::error::Error;
+
+/// A case that is right; the tests change one thing in it.
+const GOOD: &str = r#"analysis = "plane stress"
+
+[material.steel]
+young = "200 GPa"
+poisson = 0.3
+expansion = 12e-6
+reference_temperature = 293
+
+[[body]]
+name = "lower"
+material = "steel"
+temperature = 393
+mesh.rectangle.x = { from = 0, to = 0.04, cells = 4 }
+mesh.rectangle.y = { from = 0, to = 0.02, cells = 2 }
+[[body.support]]
+surface = "bottom"
+y = 0
+
+[[body]]
+name = "upper"
+material = "steel"
+mesh.rectangle.x = { from = 0, to = 0.04, cells = 4 }
+mesh.rectangle.y = { from = 0.02, to = 0.05, cells = 3 }
+[[body.load]]
+surface = "top"
+pressure = "100 MPa"
+
+[[contact]]
+name = "main"
+surfaces = ["upper.bottom", "lower.top"]
+gap = 5e-5
+
+[[probe]]
+name = "A"
+body = "upper"
+at = [0, 0.02]
+
+[[variant]]
+name = "wide"
+set = { "contact.main.gap" = 2e-4, "body.lower.mesh.rectangle.x.cells" = 10 }
+[[variant]]
+name = "bare"
+remove = ["body.upper.load", "contact.main.gap"]
+set = { "contact.main.gap_offset" = "-5 um", "body.upper.support" = [{ surface = "top", y = "-1 um" }] }
+"#;
+
+fn read_text(text: &str, variant: Option<&str>, sets: &[&str]) -> Result<Case, String> {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let file = directory.path().join("f.toml");
+    std::fs::write(&file, text).expect("a temporary file");
+    let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
+    let shown = format!("{}/", directory.path().display());
+    case::read(&file, variant, &sets).map_err(|error| {
+        assert!(matches!(error, Error::Input(_)), "{error:?}");
+        assert_eq!(error.exit_code(), 2);
+        error.to_string().replace(&shown, "")
+    })
+}
+
+/// The good case with `old` (which must be there) replaced by `new`.
+fn error_of(old: &str, new: &str) -> String {
+    assert!(GOOD.contains(old), "'{old}' is not in the good case");
+    match read_text(&GOOD.replacen(old, new, 1), None, &[]) {
+        Ok(_) => panic!("'{new}' was accepted"),
+        Err(error) => error,
+    }
+}
+
+/// Checks rows of (old text, new text, error it must produce). Each row breaks one rule: one error.
+fn check(rows: &[(&str, &str, &str)]) {
+    for (old, new, expected) in rows {
+        let error = error_of(old, new);
+        assert!(error.contains(expected), "'{new}' gives\n  {error}\nnot\n  {expected}");
+        assert_eq!(error.lines().count(), 1, "'{new}' gives more than one error:\n{error}");
+        assert!(!error.contains("internal"), "{error}");
+    }
+}
+
+#[test]
+fn keys() {
+    check(&[
+        (
+            "young =",
+            "yong = 1\nyoung =",
+            "f.toml:4: material.steel.yong: unknown key 'yong'; did you mean 'young'?",
+        ),
+        (
+            "analysis",
+            "gravity = 1\nanalysis",
+            "f.toml:1: gravity: unknown key 'gravity'; there is: title, units",
+        ),
+        ("cells = 4 }", "cells = 4, cell = 3 }", "body.lower.mesh.rectangle.x.cell: unknown key 'cell'"),
+        ("analysis = \"plane stress\"", "", "f.toml:1: analysis: missing; it is required"),
+        ("poisson = 0.3\n", "", "f.toml:3: material.steel.poisson: missing"),
+        ("material = \"steel\"", "", "f.toml:9: body.lower.material: missing"),
+        ("at = [0, 0.02]", "", "probe.A.at: missing"),
+        ("gap = 5e-5", "gap = 1 mm", "f.toml:31: not valid TOML"),
+        ("gap = 5e-5", "gap = 1\ngap = 2", "f.toml:32: not valid TOML: duplicate key"),
+    ]);
+}
+
+#[test]
+fn types_and_values() {
+    check(&[
+        ("at = [0, 0.02]", "at = 3", "probe.A.at: 3 is an integer; an array is needed"),
+        ("at = [0, 0.02]", "at = [1]", "probe.A.at: [1] was given; two values are needed, [x, y]"),
+        ("at = [0, 0.02]", "at = [0, true]", "probe.A.at.1: true is a boolean; a number is needed"),
+        ("gap = 5e-5", "gap = nan", "f.toml:31: contact.main.gap: nan was given; a finite number is needed"),
+        ("gap = 5e-5", "gap = inf", "a finite number is needed"),
+        ("cells = 4 }", "cells = 0 }", "an integer from 1 to 1000000 is needed"),
+        ("cells = 4 }", "cells = 2.5 }", "2.5 is a number; a positive integer is needed"),
+        ("cells = 4 }", "cells = 99999999999999 }", "an integer from 1 to 1000000 is needed"),
+        ("\"plane stress\"", "\"plane stres\"", "'plane strain' is needed; did you mean 'plane stress'?"),
+        (
+            "[[body.support]]",
+            "[body.support]",
+            "body.lower.support: { surface = \"bottom\", y = 0 } is a table; an array of \
+         tables is needed: write [[body.support]]",
+        ),
+        (
+            "name = \"lower\"",
+            "name = \"lower\"\nelement = \"quad9\"",
+            "'quad8' is needed; did you mean 'quad4'?",
+        ),
+        ("analysis", "thickness = 0\nanalysis", "f.toml:1: thickness: 0 was given; must be > 0"),
+        ("analysis", "thickness = -1.5\nanalysis", "thickness: -1.5 was given; must be > 0"),
+        ("analysis", "units = \"si\"\nanalysis", "one of 'SI', 'consistent' is needed; did you mean 'SI'?"),
+    ]);
+}
+
+#[test]
+fn units() {
+    check(&[
+        (
+            "\"200 GPa\"",
+            "\"25 mm\"",
+            "f.toml:4: material.steel.young: '25 mm' is a length; material.steel.young needs a \
+         pressure (Pa, MPa, GPa ...)",
+        ),
+        ("\"200 GPa\"", "\"200 Gpa\"", "unknown unit 'Gpa'; did you mean 'GPa'?"),
+        ("\"200 GPa\"", "\"stiff\"", "'stiff' is not a number with a unit"),
+        (
+            "temperature = 393",
+            "temperature = \"20 mm\"",
+            "body.lower.temperature: '20 mm' is a length; \
+         body.lower.temperature needs a temperature (K, degC)",
+        ),
+        ("\"100 MPa\"", "\"100 N\"", "needs a pressure"),
+        ("gap = 5e-5", "gap = \"20 degC\"", "'20 degC' is a temperature; contact.main.gap needs a length"),
+    ]);
+    let consistent =
+        format!("units = \"consistent\"\n{GOOD}").replace("\"100 MPa\"", "100").replace("\"-5 um\"", "1");
+    let error = read_text(&consistent, None, &[]).unwrap_err();
+    let expected =
+        "f.toml:5: material.steel.young: \"200 GPa\" was given; with units = \"consistent\" a number stands";
+    assert!(error.contains(expected), "{error}");
+    assert!(read_text(&consistent.replace("\"200 GPa\"", "2e5"), None, &[]).is_ok());
+}
+
+#[test]
+fn expressions() {
+    check(&[
+        (
+            "temperature = 393",
+            "temperature = \"600 - 16000*t\"",
+            "unknown variable 't'; an expression may use x, y and z",
+        ),
+        ("temperature = 393", "temperature = \"maximum(x, 1)\"", "unknown function 'maximum'"),
+        ("temperature = 393", "temperature = \"600 - \"", "expected at the end"),
+        ("temperature = 393", "temperature = \"1/0\"", "a finite number is needed"),
+        ("y = 0\n", "y = \"0.1*\"\n", "body.lower.support.0.y: \"0.1*\" was given"),
+    ]);
+}
+
+#[test]
+fn materials() {
+    let table = |text: &str| format!("young = {{ temperature = {text} }}");
+    let rows = [
+        ("[293, 293], value = [1, 2]", "293 follows 293; temperatures must increase"),
+        ("[373, 293], value = [1, 2]", "293 follows 373; temperatures must increase"),
+        ("[293, 373], value = [1]", "2 temperatures and 1 values were given"),
+        ("[293], value = [1]", "at least two of each are needed"),
+        ("[293, 373], value = [1, -2]", "-2 was given (value.1); must be > 0"),
+        ("[293, 373], values = [1, 2]", "unknown key 'values'; did you mean 'value'?"),
+        ("[293, 373], value = [\"1 GPa\", \"1 mm\"]", "'1 mm' is a length"),
+    ];
+    for (text, expected) in rows {
+        let error = error_of("young = \"200 GPa\"", &table(text));
+        assert!(error.contains(expected), "{text}: {error}");
+    }
+    check(&[
+        ("\"200 GPa\"", "0", "material.steel.young: 0 was given; must be > 0"),
+        ("\"200 GPa\"", "\"-200 GPa\"", "material.steel.young: \"-200 GPa\" was given; must be > 0"),
+        (
+            "poisson = 0.3",
+            "poisson = 0.5",
+            "poisson: 0.5 was given; must be in (-1, 0.5): nu >= 0.5 needs a mixed",
+        ),
+        ("poisson = 0.3", "poisson = -1", "must be in (-1, 0.5)"),
+        (
+            "reference_temperature = 293",
+            "",
+            "material.steel.reference_temperature: missing; 'expansion' needs",
+        ),
+        ("reference_temperature = 293", "reference_temperature = -1", "must be >= 0 K"),
+        ("material = \"steel\"", "material = \"stel\"", "there is no such material; did you mean 'steel'?"),
+        ("material = \"steel\"", "material = 3", "the name of a material, or a table, is needed"),
+        ("material = \"steel\"", "material = { file = \"m.toml\", name = \"a\" }", "there is no file m.toml"),
+        (
+            "expansion = 12e-6\nreference_temperature = 293\n",
+            "",
+            "temperature needs 'expansion' in the material (steel)",
+        ),
+        (
+            "poisson = 0.3\n",
+            "poisson = { temperature = [293, 373], value = [0.3, 0.31] }\n",
+            "body.upper.temperature: missing; the material (steel) has tables over temperature: at which",
+        ),
+        ("temperature = 393", "temperature = -1", "must be >= 0 K"),
+    ]);
+}
+
+#[test]
+fn names() {
+    check(&[
+        (
+            "[[probe]]",
+            "[[probe]]\nname = \"A\"\nbody = \"lower\"\nat = [0, 0]\n[[probe]]",
+            "there are two probes named 'A'; the first is in line",
+        ),
+        (
+            "[[contact]]",
+            "[[contact]]\nname = \"main\"\nsurfaces = [\"upper.left\", \"lower.left\"]\n[[contact]]",
+            "there are two contacts named 'main'",
+        ),
+        ("name = \"bare\"", "name = \"wide\"", "there are two variants named 'wide'"),
+        ("body = \"upper\"", "body = \"uper\"", "there is no body 'uper'; did you mean 'upper'?"),
+        ("name = \"A\"", "name = \"A.1\"", "\"A.1\" was given; a name is made of"),
+    ]);
+    // A wrong name of a body makes what refers to the body wrong, too.
+    for (name, expected) in [
+        ("upper", "there are two bodies named 'upper'; the first is in line 9"),
+        ("lo wer", "f.toml:10: body.lo wer.name: \"lo wer\" was given; a name is made of"),
+        ("", "f.toml:10: body.0.name: \"\" was given; a name is made of"),
+    ] {
+        let error = error_of("name = \"lower\"", &format!("name = \"{name}\""));
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn supports_and_loads() {
+    check(&[
+        (
+            "surface = \"bottom\"\ny = 0",
+            "surface = \"bottom\"",
+            "body.lower.support.0: a support needs 'x' or 'y'",
+        ),
+        ("surface = \"bottom\"\ny = 0", "y = 0", "a support needs a 'surface' or a 'point'"),
+        (
+            "surface = \"bottom\"\ny = 0",
+            "surface = \"botom\"\ny = 0",
+            "body.lower.support.0.surface: there is no surface 'botom'; did you mean 'bottom'?",
+        ),
+        ("surface = \"bottom\"\ny = 0", "surface = \"bottom\"\npoint = [0, 0]\ny = 0", "exclude each other"),
+        (
+            "surface = \"bottom\"\ny = 0",
+            "point = [0, 0]\ny = 0\nwithin = { x = [0, 1] }",
+            "goes with 'surface'",
+        ),
+        (
+            "surface = \"bottom\"\ny = 0",
+            "surface = \"bottom\"\ny = 0\nwithin = { x = [1, 0] }",
+            "the smaller first",
+        ),
+        ("surface = \"bottom\"\ny = 0", "surface = \"bottom\"\ny = 0\nwithin = { }", "names no direction"),
+        ("surface = \"top\"\n", "", "'pressure' needs a 'surface' to act on"),
+        ("surface = \"top\"\n", "point = [0, 0]\n", "'pressure' acts on a 'surface', not at a 'point'"),
+        (
+            "surface = \"top\"\n",
+            "surface = \"front\"\n",
+            "there is no surface 'front'; there is: left, right, bottom, top",
+        ),
+        ("pressure = \"100 MPa\"", "", "no kind of load given; a load has exactly one of pressure, traction"),
+        (
+            "pressure = \"100 MPa\"",
+            "pressure = 1\nforce = [0, 1]",
+            "pressure and force given; a load has exactly one",
+        ),
+        ("pressure = \"100 MPa\"", "body_force = [0, 1]", "'body_force' acts everywhere"),
+        (
+            "surface = \"top\"\npressure = \"100 MPa\"",
+            "force = [0, 1]",
+            "'force' needs a 'surface' or a 'point'",
+        ),
+        ("name = \"upper\"", "name = \"upper\"\nsolver = \"cg\"", "PETSc options begin with '-'"),
+        (
+            "name = \"upper\"",
+            "name = \"upper\"\nformulation = \"reduced\"",
+            "\"reduced\" was given; quad4 has enhanced, standard",
+        ),
+        (
+            "name = \"upper\"",
+            "name = \"upper\"\nelement = \"tri6\"\nformulation = \"enhanced\"",
+            "tri6 has standard",
+        ),
+    ]);
+}
+
+#[test]
+fn contacts() {
+    let surfaces = "[\"upper.bottom\", \"lower.top\"]";
+    check(&[
+        (
+            surfaces,
+            "[\"uper.bottom\", \"lower.top\"]",
+            "contact.main.surfaces: [\"uper.bottom\", \"lower.top\"] was given; \
+         there is no body 'uper'; did you mean 'upper'?",
+        ),
+        (
+            surfaces,
+            "[\"upper.botom\", \"lower.top\"]",
+            "on body 'upper' there is no surface 'botom'; did you mean 'bottom'?",
+        ),
+        (surfaces, "[\"upper\", \"lower.top\"]", "'upper' was given; a surface is written \"body.surface\""),
+        (surfaces, "[\"upper.bottom\"]", "two surfaces are needed"),
+        (surfaces, "[\"upper.bottom\", \"upper.bottom\"]", "a surface cannot be in contact with itself"),
+        (surfaces, "[\"upper.bottom\", \"upper.top\"]", "must belong to different bodies"),
+        ("gap = 5e-5", "gap = 5e-5\ngap_offset = 1", "give one of the two"),
+        ("gap = 5e-5", "search_distance = 0", "search_distance: 0 was given; must be > 0"),
+        ("gap = 5e-5", "conjugate = \"nearest\"", "one of 'closest point', 'intersection' is needed"),
+        (
+            "[[contact]]",
+            "[alternation]\nweights = 1\n[[contact]]",
+            "1 was given; a constant weight must be in (0, 1)",
+        ),
+        ("[[contact]]", "[alternation]\nweights = 0.0\n[[contact]]", "a constant weight must be in (0, 1)"),
+        ("[[contact]]", "[alternation]\nweights = \"respons\"\n[[contact]]", "did you mean 'response'?"),
+        (
+            "[[contact]]",
+            "[alternation]\ntolerance = 0\n[[contact]]",
+            "alternation.tolerance: 0 was given; must be in",
+        ),
+        ("[[contact]]", "[alternation]\ntolerance = 0.02\n[[contact]]", "must be in (0, 1e-2]"),
+        ("[[contact]]", "[alternation]\nmax_alternations = 0\n[[contact]]", "an integer from 1"),
+        ("[[contact]]", "[output]\nstress = \"mises\"\n[[contact]]", "'von Mises' is needed"),
+        (
+            "[[contact]]",
+            "[output]\nwindow = [[1, 1], [0, 0]]\n[[contact]]",
+            "the lower and then the upper corner",
+        ),
+        ("[[contact]]", "[output]\nmagnification = -1\n[[contact]]", "must be >= 0"),
+    ]);
+}
+
+#[test]
+fn meshes() {
+    let x = "mesh.rectangle.x = { from = 0, to = 0.04, cells = 4 }\n";
+    let y = "mesh.rectangle.y = { from = 0, to = 0.02, cells = 2 }";
+    let mesh = |text: &str| error_of(&format!("{x}{y}"), &format!("mesh = {{ {text} }}"));
+    check(&[
+        (x, "mesh.rectangle.x = { from = 0, to = 0, cells = 4 }\n", "not at least two, each larger"),
+        (
+            x,
+            "mesh.rectangle.x = { from = 0, cells = 4 }\n",
+            "mesh.rectangle.x.to: missing; give 'from', 'to' and 'cells'",
+        ),
+        (
+            x,
+            "mesh.rectangle.x = { from = 0, to = 1 }\n",
+            "mesh.rectangle.x.cells: missing; give 'cells', or 'size'",
+        ),
+        (x, "mesh.rectangle.x = { from = 0, at = [0, 1], cells = 4 }\n", "'at' already says where"),
+        (
+            x,
+            "mesh.rectangle.x = { at = [0, 1, 2], cells = [4] }\n",
+            "2 value(s) are needed, one for each interval",
+        ),
+        (
+            x,
+            "mesh.rectangle.x = { at = [0, 1, 2], cells = 4, ratio = [1, 0] }\n",
+            "ratio.1: 0 was given; must be > 0",
+        ),
+        (x, "mesh.rectangle.x = { at = [0, 1, 2], size = [1, 1] }\n", "3 positive sizes are needed"),
+        (x, "mesh.rectangle.x = { at = [0, 1], size = [1, 1], cells = 3 }\n", "goes without 'cells'"),
+        (x, "mesh.rectangle.x = { at = [0, 1], size = [1e-9, 1e-9] }\n", "at most 1000000 are allowed"),
+        (x, "", "mesh.rectangle.x: missing"),
+        (x, "mesh.group = \"a\"\nmesh.rectangle.x = { from = 0, to = 1, cells = 4 }\n", "belongs to 'file'"),
+        (
+            x,
+            "mesh.file = \"a.msh\"\nmesh.rectangle.x = { from = 0, to = 1, cells = 4 }\n",
+            "rectangle and file given",
+        ),
+    ]);
+    for (text, expected) in [
+        ("file = 'no.msh'", "body.lower.mesh.file: \"no.msh\" was given; there is no file no.msh"),
+        ("rotate = 3", "none given; exactly one of rectangle, block"),
+        ("ring.radius = { from = 0, to = 1, cells = 2 }", "the inner radius must be > 0"),
+        ("ring.angle = { from = 0, to = 400, cells = 9 }", "goes from 0 to 400 degrees; at most a full turn"),
+        ("half_disc.angle = { from = 0, to = 80, cells = 9 }", "must be symmetric about 0"),
+        ("half_disc.angle = { from = -90, to = 90, cells = 9 }", "inside (-90, 90)"),
+        ("disc.depth = { to = 1, cells = 2 }", "to less than 1"),
+        ("disc.depth = { from = 0.1, to = 0.5, cells = 2 }", "must go from 0"),
+        ("disc.radius = 0", "0 was given; must be > 0"),
+        ("block.corners = [[0, 0], [0, 1], [1, 1], [1, 0]]", "counter-clockwise round a convex"),
+        ("block.corners = [[0, 0], [1, 0], [1, 1]]", "four points are needed"),
+        ("block.v = { to = 2, cells = 1 }", "must go from 0 to 1"),
+        (
+            "block = { corners = [[0, 0], [1, 0], [1, 1], [0, 1]], arcs.top = [0, 0], u.cells = 1, v.cells = 1 }",
+            "the centre of 'top' must be equally far from both ends of the edge",
+        ),
+    ] {
+        // What else is missing in the table is reported, too.
+        let error = mesh(text);
+        assert!(error.contains(expected), "{text}: {error}");
+    }
+}
+
+#[test]
+fn no_body() {
+    for text in ["analysis = \"plane stress\"\n", "analysis = \"plane stress\"\nbody = []\n"] {
+        let error = read_text(text, None, &[]).unwrap_err();
+        assert!(error.contains("body: "), "{error}");
+    }
+    let error = case::read(Path::new("no-such-case.toml"), None, &[]).unwrap_err().to_string();
+    assert!(error.contains("no-such-case.toml: cannot be read"), "{error}");
+}
+
+#[test]
+fn all_errors_are_reported_in_the_order_of_the_file() {
+    let text = GOOD
+        .replace("poisson = 0.3", "poisson = 0.7")
+        .replace("y = 0\n", "z = 0\n")
+        .replace("\"100 MPa\"", "\"1 K\"");
+    let error = read_text(&text, None, &[]).unwrap_err();
+    let lines: Vec<&str> = error.lines().collect();
+    assert_eq!(lines.len(), 4, "{error}");
+    for (line, start) in lines.iter().zip(["f.toml:5: ", "f.toml:15: ", "f.toml:17: ", "f.toml:26: "]) {
+        assert!(line.starts_with(start), "{error}");
+    }
+}
+
+#[test]
+fn variants_and_sets() {
+    let case = read_text(GOOD, None, &[]).unwrap();
+    assert_eq!(case.contacts[0].gap, Gap::Value(5e-5));
+    let case = read_text(GOOD, Some("wide"), &["body.lower.temperature=120 degC"]).unwrap();
+    assert_eq!(case.contacts[0].gap, Gap::Value(2e-4));
+    let Some(Temperature::Field(Scalar::Constant(t))) = case.bodies[0].temperature else {
+        panic!("temperature")
+    };
+    assert!((t - 393.15).abs() < 1e-12);
+    let case = read_text(GOOD, Some("bare"), &[]).unwrap();
+    assert_eq!(case.contacts[0].gap, Gap::Geometry { offset: -5e-6 });
+    assert_eq!((case.bodies[1].loads.len(), case.bodies[1].supports.len()), (0, 1));
+    for (variant, sets, expected) in [
+        (Some("wid"), vec![], "f.toml: there is no variant 'wid'; did you mean 'wide'?"),
+        (
+            None,
+            vec!["contact.man.gap=1"],
+            "--set: contact.man.gap: there is no item 'man'; did you mean 'main'?",
+        ),
+        (None, vec!["contact.main.gp=1"], "--set: contact.main.gp: unknown key 'gp'; did you mean 'gap'?"),
+        (None, vec!["material.steel.young=\"1 mm\""], "--set: material.steel.young: '1 mm' is a length"),
+        (None, vec!["contact.main.gap"], "expected PATH=VALUE"),
+    ] {
+        let error = read_text(GOOD, variant, &sets).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
+    let error = read_text(&GOOD.replace("= 2e-4", "= \"2 K\""), Some("wide"), &[]).unwrap_err();
+    assert!(error.starts_with("f.toml:40: contact.main.gap: '2 K' is a temperature"), "{error}");
+}
+
+#[test]
+fn files_of_materials_and_temperatures() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    let text = GOOD
+        .replacen("material = \"steel\"", "material = { file = \"m.toml\", name = \"40Kh\" }", 1)
+        .replace("temperature = 393", "temperature = { file = \"t.csv\" }");
+    std::fs::write(at("case.toml"), text).unwrap();
+    let young = "young = { temperature = [293, 373], value = [\"214 GPa\", 211e9] }";
+    let material = format!("[material.40Kh]\n{young}\npoisson = 0.3\n");
+    std::fs::write(at("m.toml"), material).unwrap();
+    std::fs::write(at("t.csv"), "x, y, temperature\n0, 0, 300\n0.04, 0, 400\n").unwrap();
+    let case = case::read(directory.path(), None, &[]).unwrap();
+    assert_eq!(case.bodies[0].material.young, Property::Table(vec![(293.0, 214e9), (373.0, 211e9)]));
+    let Some(Temperature::Nodal { values, .. }) = &case.bodies[0].temperature else { panic!("nodal") };
+    assert_eq!(values[1], ([0.04, 0.0, 0.0], 400.0));
+
+    for (file, text, expected) in [
+        ("t.csv", "x,y\n0,0\n", "t.csv:1: 'x,y' was given; the first line must be x,y,temperature"),
+        ("t.csv", "x,y,temperature\n0,0\n", "t.csv:2: '0,0' was given; three finite numbers"),
+        ("t.csv", "x,y,temperature\n0,0,-3\n", "t.csv:2: '0,0,-3' was given; a temperature must be >= 0 K"),
+        ("t.csv", "x,y,temperature\n", "has no line below the header"),
+        (
+            "m.toml",
+            "[material.40H]\nyoung = 1\npoisson = 0\n",
+            "m.toml has no such material; did you mean '40H'?",
+        ),
+        (
+            "m.toml",
+            "[material.40Kh]\nyoung = -1\npoisson = 0\n",
+            "m.toml:2: material.40Kh.young: -1 was given; must be > 0",
+        ),
+        ("m.toml", "[material.40Kh]\nyoung = \n", "m.toml:2: not valid TOML"),
+    ] {
+        let old = std::fs::read_to_string(at(file)).unwrap();
+        std::fs::write(at(file), text).unwrap();
+        let error = case::read(directory.path(), None, &[]).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+        std::fs::write(at(file), old).unwrap();
+    }
+}
+
+#[test]
+fn values_arrive() {
+    let text = GOOD.replace("temperature = 393", "temperature = \"max(600 - 16000*x, 200)\"").replace(
+        "[[contact]]",
+        "[alternation]\nweights = \"response per surface\"\ntolerance = 1e-6\n[[contact]]",
+    );
+    let case = read_text(&text, None, &[]).unwrap();
+    let Some(Temperature::Field(field)) = &case.bodies[0].temperature else { panic!("field") };
+    assert_eq!((field.at(&[0.0, 0.0, 0.0]), field.at(&[0.03, 0.0, 0.0])), (600.0, 200.0));
+    assert_eq!((case.alternation.weights, case.alternation.tolerance), (Weights::ResponseSurface, 1e-6));
+    let LoadKind::Pressure(Region::Surface { name, within: None }, Scalar::Constant(p)) =
+        &case.bodies[1].loads[0].kind
+    else {
+        panic!("pressure")
+    };
+    assert_eq!((name.as_str(), *p), ("top", 1e8));
+    assert_eq!(
+        (case.contacts[0].surfaces[0].body, case.contacts[0].surfaces[0].surface.as_str()),
+        (1, "bottom")
+    );
+    assert_eq!(case.name, "f");
+}
+
+#[test]
+fn a_turned_case_and_one_in_other_units_are_the_same_case() {
+    let text = GOOD
+        .replace("temperature = 393", "temperature = \"300 + 1000*x\"")
+        .replace("pressure = \"100 MPa\"", "traction = [3, 4]");
+    let case = read_text(&text, None, &[]).unwrap();
+    let turned = case.rotated(std::f64::consts::FRAC_PI_2).unwrap();
+    let Some(Temperature::Field(field)) = &turned.bodies[0].temperature else { panic!("field") };
+    // What was at (0.02, 0) is at (0, 0.02).
+    assert!((field.at(&[0.0, 0.02, 0.0]) - 320.0).abs() < 1e-12);
+    let LoadKind::Traction(_, [Scalar::Constant(x), Scalar::Constant(y), _]) =
+        &turned.bodies[1].loads[0].kind
+    else {
+        panic!("traction")
+    };
+    assert!((x + 4.0).abs() < 1e-15 && (y - 3.0).abs() < 1e-15);
+    assert!((turned.probes[0].at[0] + 0.02).abs() < 1e-17);
+
+    let in_mm = case.rescaled(1e3, 1e-6);
+    assert_eq!(in_mm.bodies[0].material.young, Property::Constant(2e5));
+    assert_eq!((in_mm.analysis.thickness(), in_mm.contacts[0].gap.clone()), (1e3, Gap::Value(5e-5 * 1e3)));
+    let Some(Temperature::Field(field)) = &in_mm.bodies[0].temperature else { panic!("field") };
+    assert!((field.at(&[20.0, 0.0, 0.0]) - 320.0).abs() < 1e-12);
+
+    let boxed = text.replace("surface = \"top\"\n", "surface = \"top\"\nwithin = { x = [0, 1] }\n");
+    assert!(read_text(&boxed, None, &[]).unwrap().rotated(1.0).is_err());
+}
+
+/// Every character of the good case, replaced or left out: an answer or a message, never a panic, never "internal".
+#[test]
+fn no_slip_of_the_pen_is_a_panic() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("f.toml");
+    let (mut good, mut bad) = (0, 0);
+    for (i, c) in GOOD.char_indices() {
+        for new in ["", "9", ".", "-", "é", "\"", "[", "\n"] {
+            let text = format!("{}{new}{}", &GOOD[..i], &GOOD[i + c.len_utf8()..]);
+            std::fs::write(&file, text).unwrap();
+            match case::read(&file, None, &[]) {
+                Ok(_) => good += 1,
+                Err(Error::Input(text)) => {
+                    assert!(!text.contains("internal") && !text.is_empty(), "{text}");
+                    bad += 1;
+                }
+                Err(error) => panic!("{error:?}"),
+            }
+        }
+    }
+    assert!(good > 100 && bad > 1000, "{good} {bad}");
+}
