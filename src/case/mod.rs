@@ -454,6 +454,13 @@ pub enum Weights {
     Stiffness,
 }
 
+impl Weights {
+    /// True if the weight does not follow the solution.
+    pub fn is_constant(self) -> bool {
+        matches!(self, Weights::Constant(_) | Weights::Stiffness)
+    }
+}
+
 /// A point to report.
 #[derive(Debug, Clone)]
 pub struct ProbeCase {

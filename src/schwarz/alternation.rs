@@ -90,6 +90,9 @@ pub struct Alternation<'a, B> {
     pub states: Vec<SideState>,
     /// Penetration below this is none, m.
     pub gap_threshold: f64,
+    /// False until the bodies have felt a contact force: all weights start with 1/2, since displacements without
+    /// contact forces say nothing of the stiffnesses.
+    pub(super) started: bool,
 }
 
 impl<'a, B: Respond> Alternation<'a, B> {
@@ -109,7 +112,7 @@ impl<'a, B: Respond> Alternation<'a, B> {
                 ..SideState::default()
             })
             .collect();
-        let mut all = Alternation { bodies, sides, exchange, settings, states, gap_threshold: 0.0 };
+        let mut all = Alternation { bodies, sides, exchange, settings, states, gap_threshold: 0.0, started: false };
         all.solve_force_step()?;
         let mut motion: f64 = 0.0;
         let mut size: f64 = 0.0;
@@ -162,6 +165,7 @@ impl<'a, B: Respond> Alternation<'a, B> {
         let reactions = self.displacement_step()?;
         let (force_imbalance, left) = self.correct_forces(&reactions);
         self.solve_force_step()?;
+        self.started = true;
         let mut sums = [0.0; 3];
         for (i, side) in self.sides.iter().enumerate() {
             let state = &self.states[i];
@@ -196,6 +200,8 @@ impl<'a, B: Respond> Alternation<'a, B> {
                 if state.active[k] {
                     let weight = if node.follows {
                         1.0
+                    } else if !self.started && !self.settings.weights.is_constant() {
+                        0.5
                     } else {
                         let measures = state.displacement_measures(node, norms[i]);
                         weights::displacement(self.settings.weights, &measures, side.moduli, side.first)

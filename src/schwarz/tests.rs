@@ -67,6 +67,7 @@ fn errors(km: f64, ks: f64, weights: Weights, overlap: Overlap, offset: f64, n: 
     let p = (1.0 + offset) * km * ks / (km + ks);
     alternation.states.iter_mut().for_each(|s| s.force = vec![p]);
     alternation.solve_force_step().unwrap();
+    alternation.started = true;
     let mut all = vec![alternation.states[0].displacement[0][0] - exact];
     for _ in 0..n {
         alternation.alternate().unwrap();
