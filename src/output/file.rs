@@ -85,21 +85,19 @@ fn create_all<'a>(comm: &SimpleCommunicator, file: &File, result: &ResultFile<'a
     Ok(plan)
 }
 
-/// Takes the file's space from the disk before the data go out, so that a full disk is found by one rank, here, and not
-/// by some ranks in the middle of a collective write.
+/// Takes the file's space from the disk before the data go out, so that a full disk is found by one rank, here. Found by
+/// one rank in the middle of a collective write, it can leave the others waiting for ever inside MPI-IO.
 fn reserve(part: &Path, length: u64) -> Result<()> {
     use std::os::fd::AsRawFd;
-    let file = std::fs::OpenOptions::new().write(true).open(part).map_err(Error::internal)?;
+    let file = std::fs::OpenOptions::new().read(true).write(true).open(part).map_err(Error::internal)?;
     let length = libc::off_t::try_from(length).map_err(Error::internal)?;
     // SAFETY: the descriptor is open; the call touches no memory.
-    if unsafe { libc::fallocate(file.as_raw_fd(), 0, 0, length) } == 0 {
-        return Ok(());
-    }
-    let e = std::io::Error::last_os_error();
-    match e.raw_os_error() {
-        // A file system without this call: the write will tell.
-        Some(libc::EOPNOTSUPP | libc::ENOSYS | libc::EINVAL) => Ok(()),
-        _ => Err(Error::internal(format!("{e} ({} MB needed)", length / 1_000_000))),
+    match unsafe { libc::posix_fallocate(file.as_raw_fd(), 0, length) } {
+        0 => Ok(()),
+        code => {
+            let e = std::io::Error::from_raw_os_error(code);
+            Err(Error::internal(format!("{e} ({} MB needed)", length / 1_000_000)))
+        }
     }
 }
 
