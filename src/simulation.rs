@@ -831,8 +831,7 @@ fn remove_old_summary(world: &SimpleCommunicator, directory: &Path) -> Result<()
 
 fn draw(case: &Case, file: &Path, directory: &Path) -> Result<()> {
     let results = output::Results::read(file)?;
-    let _ = (&results, &case.output, directory);
-    Ok(())
+    output::draw(&results, &case.output, directory).map(|_| ())
 }
 
 /// A body's own PETSc options under its prefix: `-ksp_type cg` becomes `-body_<name>_ksp_type cg`.

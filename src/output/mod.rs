@@ -12,12 +12,14 @@ mod agree;
 mod file;
 mod hdf5_rows;
 mod hdf5_text;
+mod picture;
 mod read;
 mod summary;
 mod tables;
 mod vtkhdf;
 
 pub use file::write;
+pub use picture::draw;
 pub use read::Results;
 pub use summary::*;
 

@@ -1,0 +1,112 @@
+//! Colour maps with even steps to the eye.
+use super::raster::Rgb;
+
+/// How values become colours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ColourScale {
+    /// Smallest value drawn.
+    pub low: f64,
+    /// Largest value drawn.
+    pub high: f64,
+    /// True: colours diverge from 0, equally far to both sides.
+    pub diverging: bool,
+}
+
+impl ColourScale {
+    /// For these values: diverging if both signs matter.
+    pub fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for v in values.filter(|v| v.is_finite()) {
+            low = low.min(v);
+            high = high.max(v);
+        }
+        if low > high {
+            (low, high) = (0.0, 0.0);
+        }
+        let size = low.abs().max(high.abs());
+        if high - low <= 1e-9 * size || size == 0.0 {
+            // The same everywhere, up to round-off: the bar needs some length nevertheless.
+            let half = if size == 0.0 { 1.0 } else { 0.1 * size };
+            return ColourScale { low: low - half, high: high + half, diverging: false };
+        }
+        let diverging = low < -0.02 * size && high > 0.02 * size;
+        ColourScale { low, high, diverging }
+    }
+
+    /// Colour of a value; grey where there is none.
+    pub fn colour(&self, value: f64) -> Rgb {
+        if !value.is_finite() {
+            return [190, 190, 190];
+        }
+        if self.diverging {
+            let size = self.high.max(-self.low);
+            blend(&DIVERGING, 0.5 + 0.5 * value / size)
+        } else {
+            blend(&SEQUENTIAL, (value - self.low) / (self.high - self.low))
+        }
+    }
+}
+
+/// Nine samples of Matplotlib's `viridis` (CC0).
+const SEQUENTIAL: [Rgb; 9] = [
+    [68, 1, 84],
+    [71, 44, 122],
+    [59, 81, 139],
+    [44, 113, 142],
+    [33, 144, 141],
+    [39, 173, 129],
+    [92, 200, 99],
+    [170, 220, 50],
+    [253, 231, 37],
+];
+
+/// Eleven steps of ColorBrewer's `RdBu` (Apache 2.0), blue for compression.
+const DIVERGING: [Rgb; 11] = [
+    [5, 48, 97],
+    [33, 102, 172],
+    [67, 147, 195],
+    [146, 197, 222],
+    [209, 229, 240],
+    [247, 247, 247],
+    [253, 219, 199],
+    [244, 165, 130],
+    [214, 96, 77],
+    [178, 24, 43],
+    [103, 0, 31],
+];
+
+/// Linear between the stops, constant beyond the ends.
+fn blend(stops: &[Rgb], t: f64) -> Rgb {
+    let x = t.clamp(0.0, 1.0) * (stops.len() - 1) as f64;
+    let i = (x as usize).min(stops.len() - 2);
+    let f = x - i as f64;
+    std::array::from_fn(|k| {
+        (f64::from(stops[i][k]) * (1.0 - f) + f64::from(stops[i + 1][k]) * f).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mixed_signs_diverge_from_zero() {
+        let scale = ColourScale::of([-4.0, 1.0].into_iter());
+        assert!(scale.diverging);
+        assert_eq!(scale.colour(0.0), [247, 247, 247]);
+        assert_eq!(scale.colour(-4.0), [5, 48, 97]);
+        // As far from white as -1, not as -4.
+        assert!(scale.colour(1.0)[2] > 150);
+    }
+
+    #[test]
+    fn one_sign_is_sequential_and_a_constant_is_the_middle() {
+        let scale = ColourScale::of([2.0, f64::NAN, 5.0].into_iter());
+        assert_eq!(scale, ColourScale { low: 2.0, high: 5.0, diverging: false });
+        assert_eq!(scale.colour(5.0), [253, 231, 37]);
+        let constant = ColourScale::of([3.0, 3.0].into_iter());
+        assert_eq!(constant.colour(3.0), SEQUENTIAL[4]);
+        let nothing = ColourScale::of(std::iter::empty());
+        assert!(nothing.low < nothing.high);
+    }
+}

@@ -1,0 +1,79 @@
+//! Pictures of a run, drawn by one process from the result file.
+//!
+//! `bodies.png`: the deformed bodies, coloured by a stress component; `pressure.svg`: contact pressure along the
+//! surfaces; `convergence.svg`: the alternation.
+mod bodies;
+mod colour;
+mod convergence;
+mod outline;
+mod pressure;
+mod raster;
+mod scale;
+mod scene;
+mod view;
+
+use super::Results;
+use crate::case::OutputCase;
+use crate::error::{Error, Result};
+use plotters::style::{FontStyle, register_font};
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+/// Family name of the font that comes with the program, so that no system font is needed.
+const FONT: &str = "sans-serif";
+/// Text and axes.
+const INK: plotters::style::RGBColor = plotters::style::RGBColor(40, 40, 40);
+/// Grid lines.
+const GRID: plotters::style::RGBColor = plotters::style::RGBColor(226, 226, 226);
+/// Colours of curves, distinct to all readers (Okabe and Ito).
+const CURVES: [plotters::style::RGBColor; 6] = [
+    plotters::style::RGBColor(0, 114, 178),
+    plotters::style::RGBColor(213, 94, 0),
+    plotters::style::RGBColor(0, 158, 115),
+    plotters::style::RGBColor(204, 121, 167),
+    plotters::style::RGBColor(86, 180, 233),
+    plotters::style::RGBColor(230, 159, 0),
+];
+
+/// Draws the pictures that the results have something for, into a directory. Returns the files written.
+pub fn draw(results: &Results, style: &OutputCase, directory: &Path) -> Result<Vec<PathBuf>> {
+    static FONT_READY: LazyLock<bool> = LazyLock::new(|| {
+        let regular = register_font(FONT, FontStyle::Normal, dejavu::sans::regular());
+        regular.and(register_font(FONT, FontStyle::Bold, dejavu::sans::bold())).is_ok()
+    });
+    if !*FONT_READY {
+        return Err(Error::internal("the font of the pictures cannot be read"));
+    }
+    let pictures = [
+        ("bodies.png", bodies::draw(results, style)?),
+        ("pressure.svg", pressure::draw(results)?.map(String::into_bytes)),
+        ("convergence.svg", convergence::draw(results)?.map(String::into_bytes)),
+    ];
+    let mut written = Vec::new();
+    for (name, content) in pictures {
+        let path = directory.join(name);
+        match content {
+            Some(content) => {
+                super::file::write_complete(&path, &content)?;
+                written.push(path);
+            }
+            // Of an older result: it would be taken for one of this.
+            None => drop(std::fs::remove_file(path)),
+        }
+    }
+    Ok(written)
+}
+
+/// Any error of the drawing library.
+fn failed(e: impl std::fmt::Display) -> Error {
+    Error::internal(format!("drawing: {e}"))
+}
+
+/// `case, variant C`.
+fn title(results: &Results) -> String {
+    let run = &results.run;
+    match &run.variant {
+        Some(variant) => format!("{}, variant {variant}", run.title),
+        None => run.title.clone(),
+    }
+}

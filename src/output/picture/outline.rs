@@ -1,0 +1,74 @@
+//! Edges of the cells, each once, and which of them bound a body.
+use crate::output::Piece;
+use std::collections::HashMap;
+
+/// An edge as the polyline it is drawn as: two ends, or two ends and a point between.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Edge {
+    nodes: [u32; 3],
+    n_nodes: usize,
+    /// True if only one cell has it.
+    pub outer: bool,
+}
+
+impl Edge {
+    /// Node numbers from end to end.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes[..self.n_nodes]
+    }
+}
+
+/// All edges of the grid. The partitions have their own copies of the nodes they share: nodes of the same body at the
+/// same place are one, or the seams between ranks would be drawn as outlines.
+pub(super) fn edges(piece: &Piece) -> Vec<Edge> {
+    let mut first_at = HashMap::new();
+    let mut edges: HashMap<[u32; 2], Edge> = HashMap::with_capacity(2 * piece.cells.len());
+    for (cell, &body) in piece.cells.iter().zip(&piece.cell_bodies) {
+        for facet in cell.kind.facets() {
+            let node = |k: usize| cell.nodes()[facet[k]];
+            let mut same = |node: u32| {
+                // `+ 0.0` makes -0 and 0 one number.
+                let place = piece.points[node as usize].map(|x| (x + 0.0).to_bits());
+                *first_at.entry((body, place)).or_insert(node)
+            };
+            let mut key = [same(node(0)), same(node(1))];
+            key.sort_unstable();
+            let edge = match facet.len() {
+                2 => Edge { nodes: [node(0), node(1), 0], n_nodes: 2, outer: true },
+                _ => Edge { nodes: [node(0), node(2), node(1)], n_nodes: 3, outer: true },
+            };
+            edges.entry(key).and_modify(|edge| edge.outer = false).or_insert(edge);
+        }
+    }
+    edges.into_values().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::ElementKind;
+    use crate::mesh::Cell;
+
+    /// Two squares side by side, as two partitions with nodes of their own.
+    fn two_squares(bodies: [i32; 2]) -> Piece {
+        let square = |x: f64| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 1.0, 0.0], [x, 1.0, 0.0]];
+        Piece {
+            points: [square(0.0), square(1.0)].concat(),
+            cells: [[0, 1, 2, 3], [4, 5, 6, 7]].map(|n| Cell::new(ElementKind::Quad4, &n)).to_vec(),
+            cell_bodies: bodies.to_vec(),
+            ..Piece::default()
+        }
+    }
+
+    #[test]
+    fn a_seam_between_partitions_is_no_outline() {
+        let edges = edges(&two_squares([0, 0]));
+        assert_eq!((edges.len(), edges.iter().filter(|e| e.outer).count()), (7, 6));
+    }
+
+    #[test]
+    fn a_seam_between_bodies_is_one() {
+        let edges = edges(&two_squares([0, 1]));
+        assert_eq!((edges.len(), edges.iter().filter(|e| e.outer).count()), (8, 8));
+    }
+}

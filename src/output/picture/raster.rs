@@ -1,0 +1,163 @@
+//! A bitmap with triangles, lines and smooth edges: hundreds of thousands of cells in a second.
+use super::colour::ColourScale;
+
+/// Red, green, blue.
+pub(super) type Rgb = [u8; 3];
+
+/// A point on the canvas, pixels of the final picture, y downwards.
+pub(super) type Pixel = [f64; 2];
+
+/// Drawn with this many points per pixel and direction.
+const FINE: usize = 3;
+
+/// A bitmap, white at first.
+pub(super) struct Canvas {
+    width: usize,
+    height: usize,
+    /// Row by row, in the fine resolution.
+    pixels: Vec<Rgb>,
+}
+
+impl Canvas {
+    /// Size in pixels of the final picture.
+    pub fn new(width: usize, height: usize) -> Self {
+        let (width, height) = (width * FINE, height * FINE);
+        Canvas { width, height, pixels: vec![[255; 3]; width * height] }
+    }
+
+    /// Fills a triangle, the value linear in it.
+    pub fn triangle(&mut self, corners: [Pixel; 3], values: [f64; 3], scale: &ColourScale) {
+        let [a, b, c] = corners.map(|p| p.map(|x| x * FINE as f64));
+        let area = cross(a, b, c);
+        // Not finite, or seen from its edge.
+        if !(area.abs() > 0.0 && area.is_finite()) {
+            return;
+        }
+        let (low, high) =
+            ([0, 1].map(|k| a[k].min(b[k]).min(c[k])), [0, 1].map(|k| a[k].max(b[k]).max(c[k])));
+        let columns = span(low[0], high[0], self.width);
+        for row in span(low[1], high[1], self.height) {
+            for column in columns.clone() {
+                let p = [column as f64 + 0.5, row as f64 + 0.5];
+                let w = [cross(b, c, p) / area, cross(c, a, p) / area, cross(a, b, p) / area];
+                // A little more than the triangle: no gap between neighbours.
+                if w.iter().all(|&w| w >= -1e-9) {
+                    let value = w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
+                    self.pixels[row * self.width + column] = scale.colour(value);
+                }
+            }
+        }
+    }
+
+    /// Draws a line `width` pixels wide with rounded ends.
+    pub fn line(&mut self, from: Pixel, to: Pixel, width: f64, colour: Rgb, opacity: f64) {
+        let (Some((from, to)), true) = (self.clip(from, to, width), opacity > 0.0) else { return };
+        let [a, b] = [from, to].map(|p| p.map(|x| x * FINE as f64));
+        let d = [b[0] - a[0], b[1] - a[1]];
+        let length2 = (d[0] * d[0] + d[1] * d[1]).max(1e-12);
+        let reach = 0.5 * width * FINE as f64;
+        let rows = span(a[1].min(b[1]) - reach, a[1].max(b[1]) + reach, self.height);
+        for row in rows {
+            let y = row as f64 + 0.5;
+            // Only near the line in this row: a long slanted line has a large box.
+            let t = |y: f64| if d[1] == 0.0 { None } else { Some(((y - a[1]) / d[1]).clamp(0.0, 1.0)) };
+            let (x0, x1) = match (t(y - reach), t(y + reach)) {
+                (Some(t0), Some(t1)) => (a[0] + t0 * d[0], a[0] + t1 * d[0]),
+                _ => (a[0], b[0]),
+            };
+            for column in span(x0.min(x1) - reach, x0.max(x1) + reach, self.width) {
+                let p = [column as f64 + 0.5 - a[0], y - a[1]];
+                let t = ((p[0] * d[0] + p[1] * d[1]) / length2).clamp(0.0, 1.0);
+                let (dx, dy) = (p[0] - t * d[0], p[1] - t * d[1]);
+                if dx * dx + dy * dy <= reach * reach {
+                    let pixel = &mut self.pixels[row * self.width + column];
+                    *pixel = std::array::from_fn(|k| mix(pixel[k], colour[k], opacity));
+                }
+            }
+        }
+    }
+
+    /// The part of a line that can be seen.
+    fn clip(&self, from: Pixel, to: Pixel, width: f64) -> Option<(Pixel, Pixel)> {
+        let size = [self.width as f64 / FINE as f64, self.height as f64 / FINE as f64];
+        let (mut t0, mut t1) = (0.0f64, 1.0f64);
+        for k in 0..2 {
+            let (low, high, d) = (-width, size[k] + width, to[k] - from[k]);
+            if !d.is_finite() || !from[k].is_finite() {
+                return None;
+            }
+            if d == 0.0 {
+                if from[k] < low || from[k] > high {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((low - from[k]) / d, (high - from[k]) / d);
+            t0 = t0.max(a.min(b));
+            t1 = t1.min(a.max(b));
+        }
+        let at = |t: f64| [0, 1].map(|k| from[k] + t * (to[k] - from[k]));
+        (t0 <= t1).then(|| (at(t0), at(t1)))
+    }
+
+    /// The picture: 8-bit RGB, row by row, each pixel the mean of its points.
+    pub fn into_rgb(self) -> Vec<u8> {
+        let mut rgb = Vec::with_capacity(self.pixels.len() / (FINE * FINE) * 3);
+        for row in (0..self.height).step_by(FINE) {
+            for column in (0..self.width).step_by(FINE) {
+                let mut sum = [0u32; 3];
+                for y in row..row + FINE {
+                    for pixel in &self.pixels[y * self.width + column..][..FINE] {
+                        sum.iter_mut().zip(pixel).for_each(|(sum, &c)| *sum += u32::from(c));
+                    }
+                }
+                rgb.extend(sum.map(|c| (c / (FINE * FINE) as u32) as u8));
+            }
+        }
+        rgb
+    }
+}
+
+/// Twice the area of a triangle.
+fn cross(a: Pixel, b: Pixel, c: Pixel) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// Pixels whose centres can lie between two coordinates.
+fn span(low: f64, high: f64, size: usize) -> std::ops::Range<usize> {
+    let last = (high + 0.5).clamp(0.0, size as f64) as usize;
+    (low - 0.5).clamp(0.0, last as f64) as usize..last
+}
+
+fn mix(old: u8, new: u8, opacity: f64) -> u8 {
+    (f64::from(old) * (1.0 - opacity) + f64::from(new) * opacity).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCALE: ColourScale = ColourScale { low: 0.0, high: 1.0, diverging: false };
+
+    #[test]
+    fn triangles_cover_their_area_and_nothing_else() {
+        let mut canvas = Canvas::new(20, 10);
+        canvas.triangle([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0]], [1.0; 3], &SCALE);
+        canvas.triangle([[-1e9, 3.0], [f64::NAN, 0.0], [4.0, 4.0]], [0.5; 3], &SCALE);
+        let filled = canvas.pixels.iter().filter(|&&p| p != [255; 3]).count() as f64 / (FINE * FINE) as f64;
+        assert!((filled - 50.0).abs() < 3.0, "{filled}");
+        let rgb = canvas.into_rgb();
+        assert_eq!(rgb.len(), 600);
+        assert_eq!(rgb[..3], SCALE.colour(1.0));
+        assert_eq!(rgb[57..60], [255; 3]);
+    }
+
+    #[test]
+    fn lines_have_their_width_wherever_they_end() {
+        let mut canvas = Canvas::new(20, 10);
+        canvas.line([-1e7, 5.0], [1e7, 5.0], 2.0, [0; 3], 1.0);
+        canvas.line([5.0, 1e5], [5.0, f64::INFINITY], 2.0, [0; 3], 1.0);
+        let black = canvas.pixels.iter().filter(|&&p| p == [0; 3]).count();
+        assert_eq!(black, 20 * 2 * FINE * FINE);
+    }
+}

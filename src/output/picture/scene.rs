@@ -1,0 +1,189 @@
+//! What the picture of the bodies shows: deformed cells with a stress at each node.
+use super::colour::ColourScale;
+use super::outline::{Edge, edges};
+use super::raster::{Canvas, Rgb};
+use super::scale::round_near;
+use super::view::{View, Window};
+use crate::case::StressComponent;
+use crate::error::{Error, Result};
+use crate::output::{Field, Piece, Results};
+
+/// Element edges are drawn when fewer cells can be seen.
+const EDGES_BELOW: usize = 4000;
+const OUTLINE: Rgb = [30, 30, 30];
+const UNDEFORMED: Rgb = [165, 165, 165];
+
+/// The grid with what is drawn of it.
+pub(super) struct Scene<'a> {
+    piece: &'a Piece,
+    displacement: Vec<[f64; 2]>,
+    /// Stress at the nodes, Pa.
+    pub stress: Vec<f64>,
+    edges: Vec<Edge>,
+}
+
+impl<'a> Scene<'a> {
+    /// An error if the file has no nodal `displacement` and `stress`.
+    pub fn new(results: &'a Results, component: StressComponent) -> Result<Self> {
+        let piece = &results.piece;
+        let displacement = nodal(piece, "displacement", 3)?.values.chunks(3).map(|u| [u[0], u[1]]).collect();
+        let stress =
+            nodal(piece, "stress", 6)?.values.chunks(6).map(|s| component_of(component, s)).collect();
+        Ok(Scene { piece, displacement, stress, edges: edges(piece) })
+    }
+
+    /// Where a node is, undeformed (0), deformed (1), or more so.
+    pub fn place(&self, node: usize, magnification: f64) -> [f64; 2] {
+        let (x, u) = (self.piece.points[node], self.displacement[node]);
+        [x[0] + magnification * u[0], x[1] + magnification * u[1]]
+    }
+
+    /// Around all nodes.
+    pub fn bounds(&self, magnification: f64) -> Window {
+        Window::around((0..self.piece.points.len()).map(|node| self.place(node, magnification)))
+    }
+
+    /// A round magnification with which the largest displacement is about 4 % of the bodies' size.
+    pub fn magnification(&self) -> f64 {
+        let [width, height] = self.bounds(0.0).size();
+        let largest =
+            self.displacement.iter().map(|u| u[0].hypot(u[1])).filter(|u| u.is_finite()).fold(0.0, f64::max);
+        let wanted = 0.04 * width.max(height) / largest;
+        if wanted.is_normal() { round_near(wanted) } else { 1.0 }
+    }
+
+    /// Colours for what can be seen in the window.
+    pub fn colours(&self, window: &Window, magnification: f64) -> ColourScale {
+        let seen = |node: usize| window.sees(std::iter::once(self.place(node, magnification)));
+        ColourScale::of((0..self.stress.len()).filter(|&node| seen(node)).map(|node| self.stress[node]))
+    }
+
+    /// Draws all of it.
+    pub fn paint(&self, view: &View, magnification: f64, scale: &ColourScale) -> Canvas {
+        let mut canvas = Canvas::new(view.pixels[0], view.pixels[1]);
+        let at = |node: u32| self.place(node as usize, magnification);
+        let mut visible = 0;
+        for cell in &self.piece.cells {
+            if view.window.sees(cell.nodes().iter().map(|&node| at(node))) {
+                visible += 1;
+                self.paint_cell(&mut canvas, view, magnification, scale, cell);
+            }
+        }
+        if visible < EDGES_BELOW {
+            self.paint_edges(&mut canvas, view, magnification, |_| true, (0.6, OUTLINE, 0.45));
+        }
+        self.paint_edges(&mut canvas, view, 0.0, |edge| edge.outer, (1.2, UNDEFORMED, 0.8));
+        self.paint_edges(&mut canvas, view, magnification, |edge| edge.outer, (1.8, OUTLINE, 1.0));
+        canvas
+    }
+
+    /// A fan of triangles about the middle, so that no diagonal is preferred.
+    fn paint_cell(
+        &self,
+        canvas: &mut Canvas,
+        view: &View,
+        magnification: f64,
+        scale: &ColourScale,
+        cell: &crate::mesh::Cell,
+    ) {
+        let corner =
+            |node: u32| (view.pixel(self.place(node as usize, magnification)), self.stress[node as usize]);
+        let rim: Vec<_> = cell
+            .kind
+            .facets()
+            .iter()
+            .flat_map(|facet| {
+                let local = [Some(facet[0]), facet.get(2).copied()];
+                local.into_iter().flatten().map(|k| corner(cell.nodes()[k]))
+            })
+            .collect();
+        let (middle, value) = middle(&rim, cell.kind.n_corners());
+        for (i, &(a, stress_a)) in rim.iter().enumerate() {
+            let (b, stress_b) = rim[(i + 1) % rim.len()];
+            canvas.triangle([a, b, middle], [stress_a, stress_b, value], scale);
+        }
+    }
+
+    fn paint_edges(
+        &self,
+        canvas: &mut Canvas,
+        view: &View,
+        magnification: f64,
+        which: impl Fn(&Edge) -> bool,
+        (width, colour, opacity): (f64, Rgb, f64),
+    ) {
+        for edge in self.edges.iter().filter(|edge| which(edge)) {
+            let at: Vec<_> = edge
+                .nodes()
+                .iter()
+                .map(|&node| view.pixel(self.place(node as usize, magnification)))
+                .collect();
+            at.windows(2).for_each(|ends| canvas.line(ends[0], ends[1], width, colour, opacity));
+        }
+    }
+}
+
+/// Place and value in the middle of a cell, from its rim: corners and, of a quadratic cell, mid-sides in turn.
+fn middle(rim: &[([f64; 2], f64)], n_corners: usize) -> ([f64; 2], f64) {
+    let quadratic = rim.len() > n_corners;
+    // Serendipity shape functions at the centre.
+    let (corner, side) = match (quadratic, n_corners) {
+        (false, n) => (1.0 / n as f64, 0.0),
+        (true, 3) => (-1.0 / 9.0, 4.0 / 9.0),
+        (true, _) => (-0.25, 0.5),
+    };
+    let mut sum = [0.0; 3];
+    for (i, (p, value)) in rim.iter().enumerate() {
+        let weight = if quadratic && i % 2 == 1 { side } else { corner };
+        sum = [sum[0] + weight * p[0], sum[1] + weight * p[1], sum[2] + weight * value];
+    }
+    ([sum[0], sum[1]], sum[2])
+}
+
+fn nodal<'a>(piece: &'a Piece, name: &str, components: usize) -> Result<&'a Field> {
+    let field = piece.point_fields.iter().find(|field| field.name == name && field.components == components);
+    field.ok_or_else(|| {
+        Error::input(format!("the result file has no nodal field \"{name}\" of {components} components"))
+    })
+}
+
+fn component_of(component: StressComponent, s: &[f64]) -> f64 {
+    let [xx, yy, zz, xy, yz, xz] = [s[0], s[1], s[2], s[3], s[4], s[5]];
+    match component {
+        StressComponent::Xx => xx,
+        StressComponent::Yy => yy,
+        StressComponent::Zz => zz,
+        StressComponent::Xy => xy,
+        StressComponent::VonMises => {
+            let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
+            (0.5 * normal + 3.0 * (xy * xy + yz * yz + xz * xz)).sqrt()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_is_exact_for_linear_fields() {
+        let value = |p: [f64; 2]| (p, 1.0 + 2.0 * p[0] - 3.0 * p[1]);
+        let quad8 =
+            [[0., 0.], [1., 0.], [2., 0.], [2., 1.], [2., 2.], [1., 2.], [0., 2.], [0., 1.]].map(value);
+        assert_eq!(middle(&quad8, 4), value([1.0, 1.0]));
+        let tri6 = [[0., 0.], [1.5, 0.], [3., 0.], [1.5, 1.5], [0., 3.], [0., 1.5]].map(value);
+        let (p, v) = middle(&tri6, 3);
+        assert!((p[0] - 1.0).abs() < 1e-12 && (v - value(p).1).abs() < 1e-12);
+        let quad4 = [[0., 0.], [2., 0.], [2., 2.], [0., 2.]].map(value);
+        assert_eq!(middle(&quad4, 4), value([1.0, 1.0]));
+    }
+
+    #[test]
+    fn von_mises_of_shear_and_of_pressure() {
+        assert!(
+            (component_of(StressComponent::VonMises, &[0., 0., 0., 1., 0., 0.]) - 3f64.sqrt()).abs() < 1e-12
+        );
+        assert_eq!(component_of(StressComponent::VonMises, &[5., 5., 5., 0., 0., 0.]), 0.0);
+        assert_eq!(component_of(StressComponent::Zz, &[1., 2., 3., 4., 5., 6.]), 3.0);
+    }
+}
