@@ -144,7 +144,7 @@ impl Plan {
 }
 
 /// Default search distance as a share of the smaller surface's extent.
-const SEARCH: f64 = 0.25;
+const SEARCH: f64 = 0.1;
 
 /// A contact node whose free directions carry less than this share of the normal is held by its support.
 const HELD: f64 = 0.1;
@@ -154,7 +154,6 @@ struct Contacts {
     sides: Vec<Side>,
     /// Per side: nodes that have a conjugate point but are no candidates: they must not come to penetrate.
     beyond: Vec<Vec<ContactNode>>,
-    matching: Vec<bool>,
 }
 
 /// The bodies as the alternation needs them: assembled, factorised, their contact nodes paired.
@@ -331,7 +330,7 @@ fn pair_up(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
     let packed: Vec<Vec<f64>> = plan.surfaces.iter().map(Surface::pack).collect();
     let others: Vec<Surface> = exchange.swap(&packed).iter().map(|v| Surface::unpack(v)).collect();
     let own_modulus = |b: usize| LinearElastic::new(&case.bodies[b].material, case.analysis).plane_modulus();
-    let mut contacts = Contacts { sides: Vec::new(), beyond: Vec::new(), matching: Vec::new() };
+    let mut contacts = Contacts { sides: Vec::new(), beyond: Vec::new() };
     let mut pairings = Vec::new();
     let mut held: Vec<Vec<f64>> = Vec::new();
     for (i, &(pair, side, body)) in plan.ends.iter().enumerate() {
@@ -353,7 +352,6 @@ fn pair_up(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
                 .map(|(&node, c)| f64::from(u8::from(c.as_ref().is_some_and(|c| is_held(node, &c.normal)))))
                 .collect(),
         );
-        contacts.matching.push(pairing.matching);
         pairings.push(conjugates);
     }
     let others_held = exchange.swap(&held);
@@ -638,7 +636,7 @@ fn pair_results(
             }
             sum[8] += state.active.iter().filter(|a| **a).count() as f64;
             sum[9] += side.nodes.len() as f64;
-            sum[10] += f64::from(u8::from(!contacts.matching[i]));
+            sum[10] += f64::from(u8::from(side.nodes.iter().any(|n| n.conjugate.terms.len() > 1)));
             max[0] = table.pressure.iter().copied().fold(max[0], f64::max);
             max[1] = state.gap.iter().map(|g| -g).fold(max[1], f64::max);
             for (k, node) in side.nodes.iter().enumerate() {

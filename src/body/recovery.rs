@@ -136,6 +136,7 @@ impl Body {
     fn balance(&self, u: &[f64], contact: &[f64], internal: &[f64], balance: &mut Balance) {
         let (part, dim) = (&self.part, self.part.dim);
         for i in 0..part.n_owned {
+            let (x, u) = (part.points[i], vector(u, i, dim));
             let (applied, contact) = (vector(&self.external, i, dim), vector(contact, i, dim));
             let internal = vector(internal, i, dim);
             let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);
@@ -144,8 +145,16 @@ impl Body {
                 None => unbalanced,
             };
             let reaction: [f64; 3] = std::array::from_fn(|c| unbalanced[c] - residual[c]);
-            let (x, u) = (part.points[i], vector(u, i, dim));
             balance.residual2[0] += dot(&residual, &residual);
+            // Loads that cancel inside (initial strain, prescribed motion) still set the scale of round-off.
+            let load = match self.constraints.0.get(&(i as u32)) {
+                Some(_) => [0.0; 3],
+                None => vector(&self.load, i, dim),
+            };
+            balance.residual2[1] += dot(&load, &load);
+            balance.scale[0] += dot(&load, &load).sqrt();
+            balance.scale[1] += (x[0] * load[1]).abs() + (x[1] * load[0]).abs();
+            balance.work[2] += dot(&load, &u).abs();
             for force in [&applied, &contact, &reaction, &internal] {
                 balance.residual2[1] += dot(force, force);
             }

@@ -27,6 +27,9 @@ pub struct Pairing {
     pub matching: bool,
 }
 
+/// Smallest cosine between the common normal and the way to the conjugate point.
+const AHEAD: f64 = 0.5;
+
 impl Pairing {
     /// Pairs the two surfaces.
     ///
@@ -54,9 +57,15 @@ impl Pairing {
                         }
                     };
                     let normal = unit(&sub(&mine.normals[i], &normal));
+                    // Far apart and aside rather than ahead: the surfaces do not face each other there.
+                    let offset = sub(&point, &mine.points[i]);
+                    let apart = norm(&offset) > 1e-6 * other.facet_size(projection.facet);
+                    if apart && dot(&offset, &normal).abs() < AHEAD * norm(&offset) {
+                        return None;
+                    }
                     let gap = match gap {
                         case::Gap::Value(value) => *value,
-                        case::Gap::Geometry { offset } => dot(&normal, &sub(&point, &mine.points[i])) + offset,
+                        case::Gap::Geometry { offset: added } => dot(&normal, &offset) + added,
                     };
                     Some(Conjugate { terms, normal, gap })
                 })

@@ -94,6 +94,8 @@ fn reserve(part: &Path, length: u64) -> Result<()> {
     // SAFETY: the descriptor is open; the call touches no memory.
     match unsafe { libc::posix_fallocate(file.as_raw_fd(), 0, length) } {
         0 => Ok(()),
+        // Not every file system can reserve; one that cannot is no reason to stop.
+        code if !matches!(code, libc::ENOSPC | libc::EDQUOT | libc::EFBIG) => Ok(()),
         code => {
             let e = std::io::Error::from_raw_os_error(code);
             Err(Error::internal(format!("{e} ({} MB needed)", length / 1_000_000)))
