@@ -66,8 +66,8 @@ fn piece(rank: i32) -> Piece {
     };
     let n = if rank == 1 { 0 } else { 1 };
     let points =
-        vec![[r, 0.0, 0.0], [r + 1.0, 0.0, 0.0], [r + 1.0, 1.0, 0.0], [r, 1.0, 0.0], [r + 0.5, 2.0, 0.0]];
-    let cells = vec![Cell::new(ElementKind::Quad4, &[0, 1, 2, 3]), Cell::new(ElementKind::Tri3, &[3, 2, 4])];
+        [[r, 0.0, 0.0], [r + 1.0, 0.0, 0.0], [r + 1.0, 1.0, 0.0], [r, 1.0, 0.0], [r + 0.5, 2.0, 0.0]];
+    let cells = [Cell::new(ElementKind::Quad4, &[0, 1, 2, 3]), Cell::new(ElementKind::Tri3, &[3, 2, 4])];
     Piece {
         points: points[..5 * n].to_vec(),
         cells: cells[..2 * n].to_vec(),
@@ -317,7 +317,7 @@ fn a_full_disk_ends_all_ranks_alike() {
     );
 }
 
-/// The first rank writes files one after the other until it is killed in the middle of one.
+/// Files are written one after the other until a rank is killed in the middle of one.
 #[test]
 fn a_killed_run_leaves_no_file_that_looks_complete() {
     const NAME: &str = "a_killed_run_leaves_no_file_that_looks_complete";

@@ -4,7 +4,8 @@ use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 
-/// Collective. `local` if it is `Ok` on all ranks; otherwise the error of the lowest rank that has one, on all ranks.
+/// Collective. `local` if it is `Ok` on all ranks; otherwise the error of the lowest rank that has one, on
+/// all ranks.
 pub(super) fn agree<T>(comm: &SimpleCommunicator, local: Result<T>) -> Result<T> {
     let mine = if local.is_err() { comm.rank() } else { comm.size() };
     let mut first: mpi::Rank = 0;

@@ -9,10 +9,11 @@ use mpi::traits::*;
 use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 
-/// Collective over `comm`, usually the world. Writes the file in parallel; an error on any rank is returned on all.
+/// Collective over `comm`, usually the world. Writes the file in parallel; an error on any rank is returned
+/// on all.
 ///
-/// The file appears under its name when it is complete, replacing an older one, whose `summary.json` goes first. A run
-/// that is killed leaves at most the hidden `.<name>.part`, which the next run overwrites.
+/// The file appears under its name when it is complete, replacing an older one, whose `summary.json` goes
+/// first. A run that is killed leaves at most the hidden `.<name>.part`, which the next run overwrites.
 pub fn write(comm: &SimpleCommunicator, path: &Path, result: &ResultFile) -> Result<()> {
     agree(comm, result.check())?;
     same_everywhere(comm, "the names of the results", &result.skeleton())?;
@@ -43,7 +44,8 @@ pub(super) fn part_name(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.part"))
 }
 
-/// Gives a complete file its name. What belonged to an older result with this name is out of date from here on.
+/// Gives a complete file its name. What belonged to an older result with this name is out of date from here
+/// on.
 fn publish(part: &Path, path: &Path) -> Result<()> {
     let failed = |e: std::io::Error| Error::internal(e);
     // Some file systems report a full disk no sooner than this.
@@ -55,7 +57,8 @@ fn publish(part: &Path, path: &Path) -> Result<()> {
     std::fs::rename(part, path).map_err(failed)
 }
 
-/// Collective. Opening and closing are collective too: the file is closed by all ranks, whatever happened in between.
+/// Collective. Opening and closing are collective too: the file is closed by all ranks, whatever happened in
+/// between.
 fn write_part(comm: &SimpleCommunicator, part: &Path, result: &ResultFile) -> Result<()> {
     let opened = File::with_options().with_fapl(|access| access.mpio(comm.as_raw(), None)).create(part);
     // Where only some ranks could open it, closing would wait for the others: these keep their handle.
@@ -70,8 +73,7 @@ fn write_part(comm: &SimpleCommunicator, part: &Path, result: &ResultFile) -> Re
 fn fill(comm: &SimpleCommunicator, file: &File, part: &Path, result: &ResultFile) -> Result<()> {
     let plan = agree(comm, create_all(comm, file, result))?;
     agree(comm, file.flush().map_err(Error::from))?;
-    let length = file.size();
-    on_rank_zero(comm, || reserve(part, length))?;
+    on_rank_zero(comm, || reserve(part))?;
     plan.write(comm)
 }
 
@@ -85,11 +87,15 @@ fn create_all<'a>(comm: &SimpleCommunicator, file: &File, result: &ResultFile<'a
     Ok(plan)
 }
 
-/// Takes the file's space from the disk before the data go out, so that a full disk is found by one rank, here. Found by
-/// one rank in the middle of a collective write, it can leave the others waiting for ever inside MPI-IO.
-fn reserve(part: &Path, length: u64) -> Result<()> {
+/// Takes the file's space from the disk before the data go out, so that a full disk is found by one rank,
+/// here. Found by one rank in the middle of a collective write, it can leave the others waiting for ever
+/// inside MPI-IO.
+///
+/// Flushing gave the file its full length, most of it a hole.
+fn reserve(part: &Path) -> Result<()> {
     use std::os::fd::AsRawFd;
     let file = std::fs::OpenOptions::new().read(true).write(true).open(part).map_err(Error::internal)?;
+    let length = file.metadata().map_err(Error::internal)?.len();
     let length = libc::off_t::try_from(length).map_err(Error::internal)?;
     // SAFETY: the descriptor is open; the call touches no memory.
     match unsafe { libc::posix_fallocate(file.as_raw_fd(), 0, length) } {

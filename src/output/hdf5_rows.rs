@@ -1,6 +1,7 @@
 //! Datasets whose rows are spread over the ranks, filled by collective writes.
 //!
-//! HDF5 wants all ranks to create the same things in the same order: what is marked collective here, all ranks call.
+//! HDF5 wants all ranks to create the same things in the same order: what is marked collective here, all
+//! ranks call.
 use super::agree::agree;
 use super::hdf5_text::{Handle, check, string_attribute};
 use crate::error::Result;
@@ -83,8 +84,8 @@ impl Values<'_> {
 
 /// Datasets that exist already and wait for their rows.
 ///
-/// All are created before the first is filled, so that the file's length is known, and its space reserved, before
-/// much is written.
+/// All are created before the first is filled, so that the file's length is known, and its space reserved,
+/// before much is written.
 #[derive(Default)]
 pub(super) struct Plan<'a>(Vec<(Dataset, Rows<'a>)>);
 
@@ -103,8 +104,8 @@ impl<'a> Plan<'a> {
         Ok(())
     }
 
-    /// Collective. Fills the datasets one after the other, all ranks together; stops, on all ranks, at the first that
-    /// fails on any.
+    /// Collective. Fills the datasets one after the other, all ranks together; stops, on all ranks, at the
+    /// first that fails on any.
     pub fn write(self, comm: &SimpleCommunicator) -> Result<()> {
         for (dataset, rows) in self.0 {
             if rows.total > 0 {
@@ -124,7 +125,8 @@ fn write_rows(dataset: &Dataset, rows: &Rows) -> Result<()> {
     let space = dataset.space()?;
     let len = rows.values.len() as u64;
     let datatype = rows.values.datatype()?;
-    // SAFETY: `start` and `count` have at least `rank` entries; the memory space has `len` values, all selected (or none).
+    // SAFETY: `start` and `count` have at least `rank` entries; the memory space has `len` values, all
+    // selected (or none).
     hdf5::sync::sync(|| unsafe {
         let memory = Handle::new(H5Screate_simple(1, &len, ptr::null()), H5Sclose, "H5Screate_simple")?;
         if n == 0 {

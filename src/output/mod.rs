@@ -1,7 +1,7 @@
 //! What a run leaves behind: `result.vtkhdf`, `summary.json`, pictures.
 //!
-//! All ranks call [`prepare`] before anything is computed and [`write()`] when it is; then rank 0 draws the pictures from
-//! the file and writes the [`Summary`], last of all.
+//! All ranks call [`prepare`] before anything is computed and [`write()`] when it is; then rank 0 draws the
+//! pictures from the file and writes the [`Summary`], last of all.
 use crate::case::{Analysis, Units};
 use crate::error::{Error, Result};
 use crate::mesh::Cell;
@@ -41,7 +41,8 @@ pub fn prepare(comm: &SimpleCommunicator, directory: &Path) -> Result<()> {
     })
 }
 
-/// This rank's share of the fields: one partition of the VTKHDF grid, with the pieces of all bodies the rank takes part in.
+/// This rank's share of the fields: one partition of the VTKHDF grid, with the pieces of all bodies the rank
+/// takes part in.
 #[derive(Debug, Clone, Default)]
 pub struct Piece {
     /// Node coordinates, m.
@@ -56,7 +57,8 @@ pub struct Piece {
     pub cell_fields: Vec<Field>,
 }
 
-/// A named field: `values.len() == components * n`, point- or cell-major. Tensors are (xx, yy, zz, xy, yz, xz).
+/// A named field: `values.len() == components * n`, point- or cell-major. Tensors are (xx, yy, zz, xy, yz,
+/// xz).
 #[derive(Debug, Clone)]
 pub struct Field {
     /// Name shown by ParaView.

@@ -301,3 +301,94 @@ fn any_not_finite(x: &[f64]) -> bool {
 fn absent(x: &Option<f64>) -> bool {
     x.is_none_or(|x| !x.is_finite())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    fn summary() -> Summary {
+        let body = BodySummary { name: "upper".into(), dofs: 8, ranks: 1, factorisations: 2 };
+        let pair = PairSummary {
+            name: "p".into(),
+            normal_force: 1.0,
+            resultant: vec![0.0, 1.0],
+            max_pressure: 2.0,
+            contact_length: 3.0,
+            max_penetration: 0.0,
+            force_imbalance: 1e-12,
+            active: 4,
+            candidates: 6,
+        };
+        let probe = ProbeSummary {
+            name: "tip".into(),
+            body: "upper".into(),
+            x: vec![0.0, 1.0],
+            displacement: vec![0.0, 0.1],
+            stress: StressSummary { xx: 1.0, yy: 2.0, zz: 3.0, xy: 4.0 },
+            temperature: Some(300.0),
+        };
+        Summary {
+            schema: Summary::SCHEMA,
+            kontakt: "0.1.0".into(),
+            case: "c".into(),
+            variant: Some("A".into()),
+            converged: true,
+            reason: Reason::MaxAlternations,
+            alternations: 5,
+            tolerance: 1e-8,
+            residual: 1e-14,
+            ranks: 2,
+            bodies: vec![body],
+            pairs: vec![pair],
+            probes: vec![probe],
+            seconds: Seconds::default(),
+            peak_memory_mb: 12.5,
+            warnings: vec![],
+        }
+    }
+
+    fn keys(value: &Value) -> Vec<&str> {
+        value.as_object().unwrap().keys().map(String::as_str).collect()
+    }
+
+    #[test]
+    fn keys_are_those_promised() {
+        let json: Value = serde_json::from_str(&summary().to_json().unwrap()).unwrap();
+        let top = "alternations bodies case converged kontakt pairs peak_memory_mb probes ranks reason residual schema \
+                   seconds tolerance variant warnings";
+        assert_eq!(keys(&json).join(" "), top);
+        assert_eq!(keys(&json["bodies"][0]).join(" "), "dofs factorisations name ranks");
+        let pair = "active candidates contact_length force_imbalance max_penetration max_pressure name normal_force \
+                    resultant";
+        assert_eq!(keys(&json["pairs"][0]).join(" "), pair);
+        assert_eq!(keys(&json["probes"][0]).join(" "), "body displacement name stress temperature x");
+        assert_eq!(keys(&json["probes"][0]["stress"]).join(" "), "xx xy yy zz");
+        assert_eq!(keys(&json["seconds"]).join(" "), "alternate assemble factor setup total write");
+        assert_eq!((&json["schema"], &json["reason"]), (&json!(1), &json!("max_alternations")));
+    }
+
+    #[test]
+    fn what_is_not_known_is_absent() {
+        let mut summary = summary();
+        summary.variant = None;
+        summary.residual = f64::NAN;
+        summary.pairs[0].contact_length = f64::INFINITY;
+        summary.pairs[0].resultant[0] = f64::NAN;
+        summary.probes[0].temperature = Some(f64::NAN);
+        summary.probes[0].stress.zz = f64::NAN;
+        let text = summary.to_json().unwrap();
+        assert!(!text.contains("null"), "{text}");
+        let json: Value = serde_json::from_str(&text).unwrap();
+        let gone = ["variant", "residual"].iter().all(|key| json.get(key).is_none());
+        assert!(gone && json["pairs"][0].get("contact_length").is_none());
+    }
+
+    #[test]
+    fn names_are_the_same_everywhere() {
+        for reason in Reason::ALL {
+            assert_eq!(serde_json::to_value(reason).unwrap(), json!(reason.name()));
+            assert_eq!(reason.converged(), reason.advice().is_empty());
+        }
+    }
+}

@@ -84,7 +84,8 @@ pub(super) fn create_history<'a>(
     string_attribute(&group, "units", run.units_name())
 }
 
-/// Collective. Creates `/run`: what was run, as attributes. An attribute holds at most 64 kB: `case_text` is a dataset.
+/// Collective. Creates `/run`: what was run, as attributes. An attribute holds at most 64 kB: `case_text` is
+/// a dataset.
 pub(super) fn create_run<'a>(
     comm: &SimpleCommunicator,
     file: &File,

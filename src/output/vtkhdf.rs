@@ -1,7 +1,8 @@
 //! The group `/VTKHDF`: the bodies with their fields, as ParaView and VTK read them.
 //!
-//! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/index.html>. Every rank writes one partition:
-//! its points, cells and connectivity are consecutive rows, and node numbers are those within the partition.
+//! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/index.html>. Every rank writes one
+//! partition: its points, cells and connectivity are consecutive rows, and node numbers are those within the
+//! partition.
 use super::hdf5_rows::{Plan, Rows, Values};
 use super::hdf5_text::string_attribute;
 use super::{Field, Piece, RunInfo};

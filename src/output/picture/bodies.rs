@@ -74,8 +74,8 @@ fn contact_window(results: &Results, scene: &Scene, window: &Window) -> Option<W
     let bodies = scene.bounds(0.0).size();
     let small = length > 0.0
         && length < SMALL_CONTACT * bodies[0].max(bodies[1]).min(window.size()[0].max(window.size()[1]));
-    // The middle of the nodes undeformed, moved as far as the nearest node drawn.
-    small.then(|| contact.resized([3.0 * length; 2]))
+    let moved = scene.displacement_near(contact.centre());
+    small.then(|| contact.resized([3.0 * length; 2]).shifted(moved))
 }
 
 /// One panel, or two of the same height.
@@ -114,7 +114,7 @@ fn label(
     text(&area, &line, (LEFT as i32, 52), (19, FontStyle::Normal), Pos::new(HPos::Left, VPos::Top))?;
     for panel in panels {
         let line = match panel.magnification {
-            1.0 if panels.len() > 1 => "true to scale".to_owned(),
+            1.0 if panels.len() > 1 => "contact, displacements × 1".to_owned(),
             m => format!("displacements × {}, undeformed outline grey", number(m, m)),
         };
         text(
@@ -188,7 +188,7 @@ fn axes(area: &Area, panel: &Panel, units: Units) -> Result<()> {
     text(area, &unit.label("x"), middle, (20, FontStyle::Normal), Pos::new(HPos::Center, VPos::Top))?;
     let style = TextStyle::from((FONT, 20).into_font()).color(&INK).transform(FontTransform::Rotate270);
     let style = style.pos(Pos::new(HPos::Center, VPos::Center));
-    area.draw(&Text::new(unit.label("y"), (x0 - 92, (y0 + y1) / 2), style)).map_err(failed)
+    area.draw(&Text::new(unit.label("y"), (x0 - 86, (y0 + y1) / 2), style)).map_err(failed)
 }
 
 /// The bar shows only colours that occur: from the smallest value to the largest.

@@ -1,4 +1,5 @@
-//! `convergence.svg`: displacement jump and force imbalance of each alternation, and how many nodes are active.
+//! `convergence.svg`: displacement jump and force imbalance of each alternation, and how many nodes are
+//! active.
 use super::scale::power_of_ten;
 use super::{CURVES, FONT, GRID, INK, failed, title};
 use crate::error::Result;
@@ -7,6 +8,9 @@ use plotters::prelude::*;
 
 /// Smaller numbers are drawn here: they are zero to round-off.
 const FLOOR: f64 = 1e-17;
+
+/// A number of each alternation.
+type Column = fn(&HistoryRow) -> f64;
 
 /// The picture as SVG; `None` if there was no alternation.
 pub(super) fn draw(results: &Results) -> Result<Option<String>> {
@@ -66,7 +70,7 @@ pub(super) fn draw(results: &Results) -> Result<Option<String>> {
             .map_err(failed)?;
 
         let active = history.iter().map(|row| (row.alternation as f64, row.active as f64));
-        let thin = CURVES[2].mix(0.8).stroke_width(1);
+        let thin = CURVES[2].mix(0.6).stroke_width(2);
         let series = chart.draw_secondary_series(LineSeries::new(active, thin)).map_err(failed)?;
         series
             .label("active nodes (right)")
@@ -75,11 +79,9 @@ pub(super) fn draw(results: &Results) -> Result<Option<String>> {
         let series = DashedLineSeries::new([(from, tolerance), (to, tolerance)], 7, 5, dashes);
         let series = chart.draw_series(series).map_err(failed)?;
         series.label("tolerance").legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], dashes));
-        let columns: [(&str, fn(&HistoryRow) -> f64); 2] = [
-            ("displacement jump", |row| row.displacement_jump),
-            ("force imbalance", |row| row.force_imbalance),
-        ];
-        for ((name, column), colour) in columns.into_iter().zip(CURVES) {
+        let jump = (CURVES[0], "displacement jump", (|row| row.displacement_jump) as Column);
+        let imbalance = (CURVES[1], "force imbalance", (|row| row.force_imbalance) as Column);
+        for (colour, name, column) in [jump, imbalance] {
             let point = |row: &HistoryRow| Some((row.alternation as f64, shown(column(row))?));
             let points: Vec<_> = history.iter().filter_map(point).collect();
             let stroke = colour.stroke_width(2);

@@ -1,7 +1,7 @@
 //! Pictures of a run, drawn by one process from the result file.
 //!
-//! `bodies.png`: the deformed bodies, coloured by a stress component; `pressure.svg`: contact pressure along the
-//! surfaces; `convergence.svg`: the alternation.
+//! `bodies.png`: the deformed bodies, coloured by a stress component; `pressure.svg`: contact pressure along
+//! the surfaces; `convergence.svg`: the alternation.
 mod bodies;
 mod colour;
 mod convergence;

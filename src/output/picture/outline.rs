@@ -18,8 +18,8 @@ impl Edge {
     }
 }
 
-/// All edges of the grid. The partitions have their own copies of the nodes they share: nodes of the same body at the
-/// same place are one, or the seams between ranks would be drawn as outlines.
+/// All edges of the grid. The partitions have their own copies of the nodes they share: nodes of the same
+/// body at the same place are one, or the seams between ranks would be drawn as outlines.
 pub(super) fn edges(piece: &Piece) -> Vec<Edge> {
     let mut first_at = HashMap::new();
     let mut edges: HashMap<[u32; 2], Edge> = HashMap::with_capacity(2 * piece.cells.len());

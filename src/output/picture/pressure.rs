@@ -35,8 +35,8 @@ pub(super) fn draw(results: &Results) -> Result<Option<String>> {
     Ok(Some(svg))
 }
 
-/// Pressure over the coordinate along the surface. Side b runs the other way round its body: it is drawn backwards, so
-/// that what touches is drawn at the same place.
+/// Pressure over the coordinate along the surface. Side b runs the other way round its body: it is drawn
+/// backwards, so that what touches is drawn at the same place.
 fn draw_pair(panel: &DrawingArea<SVGBackend, Shift>, pair: &PairTables, results: &Results) -> Result<()> {
     let units = results.run.units;
     let finite = |x: &f64| x.is_finite();
@@ -77,13 +77,13 @@ fn draw_pair(panel: &DrawingArea<SVGBackend, Shift>, pair: &PairTables, results:
         let colour = CURVES[curve.side];
         let point = |i: &usize| (curve.s[*i] / s.factor, curve.table.pressure[*i] / p.factor);
         let all: Vec<usize> = (0..curve.s.len()).collect();
-        let stroke = colour.stroke_width(2);
+        let stroke = colour.stroke_width(4 - 2 * curve.side as u32);
         let series = LineSeries::new(all.iter().map(point), stroke);
         let drawn = chart.draw_series(series).map_err(failed)?.label(surface.as_str());
         drawn.legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], stroke));
-        // Full: in contact; the second side is drawn smaller, upon the first.
+        // The second side is drawn thinner and smaller, upon the first.
         let active = all.iter().filter(|&&i| curve.table.status[i] == 2);
-        let size = 4 - curve.side as i32;
+        let size = 6 - 3 * curve.side as i32;
         let markers = active.map(|i| Circle::new(point(i), size, colour.filled()));
         chart.draw_series(markers).map_err(failed)?;
     }

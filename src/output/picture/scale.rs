@@ -72,7 +72,9 @@ pub(super) fn number(value: f64, step: f64) -> String {
     } else {
         format!("{value:.decimals$}")
     };
-    text.replace('-', "\u{2212}")
+    // Rounded to zero, a number has no sign.
+    let zero = !text.bytes().any(|c| c.is_ascii_digit() && c != b'0');
+    if zero { text.replace('-', "") } else { text.replace('-', "\u{2212}") }
 }
 
 /// The next of 1, 2, 5, 10 times a power of ten.
@@ -84,9 +86,10 @@ pub(super) fn round_up(x: f64) -> f64 {
 
 /// The nearest of 1, 2, 5, 10 times a power of ten.
 pub(super) fn round_near(x: f64) -> f64 {
-    let up = round_up(x);
-    let down = round_up(x / 2.5 * (1.0 + 1e-6)).min(up);
-    if x / down < up / x { down } else { up }
+    let power = 10f64.powf(x.log10().floor());
+    let off = |candidate: &f64| (x / candidate).ln().abs();
+    let candidates = [1.0, 2.0, 5.0, 10.0].map(|d| d * power);
+    candidates.into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(power)
 }
 
 /// `10⁻⁸` for 1e-8.
@@ -108,6 +111,7 @@ mod tests {
         let ticks = Ticks::new(-120.0, 40.0, 5);
         assert_eq!(ticks.at, [-100.0, -50.0, 0.0]);
         assert_eq!(ticks.label(-50.0), "−50");
+        assert_eq!(number(-0.04, 0.1), "0.0");
         assert_eq!(Ticks::new(0.0, 0.05, 5).label(0.03), "0.03");
         assert!(Ticks::new(1.0, 1.0, 5).at.len() < 101);
     }

@@ -38,6 +38,16 @@ impl<'a> Scene<'a> {
         [x[0] + magnification * u[0], x[1] + magnification * u[1]]
     }
 
+    /// Displacement of the node closest to a place.
+    pub fn displacement_near(&self, place: [f64; 2]) -> [f64; 2] {
+        let distance = |node: &usize| {
+            let x = self.piece.points[*node];
+            (x[0] - place[0]).hypot(x[1] - place[1])
+        };
+        let nearest = (0..self.displacement.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map_or([0.0; 2], |node| self.displacement[node])
+    }
+
     /// Around all nodes.
     pub fn bounds(&self, magnification: f64) -> Window {
         Window::around((0..self.piece.points.len()).map(|node| self.place(node, magnification)))
@@ -123,7 +133,8 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Place and value in the middle of a cell, from its rim: corners and, of a quadratic cell, mid-sides in turn.
+/// Place and value in the middle of a cell, from its rim: corners and, of a quadratic cell, mid-sides in
+/// turn.
 fn middle(rim: &[([f64; 2], f64)], n_corners: usize) -> ([f64; 2], f64) {
     let quadratic = rim.len() > n_corners;
     // Serendipity shape functions at the centre.

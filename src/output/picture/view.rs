@@ -34,9 +34,19 @@ impl Window {
         Window { low: self.low.map(|x| x - margin), high: self.high.map(|x| x + margin) }
     }
 
+    /// Its middle.
+    pub fn centre(&self) -> [f64; 2] {
+        [0, 1].map(|k| 0.5 * (self.low[k] + self.high[k]))
+    }
+
+    /// Moved.
+    pub fn shifted(&self, by: [f64; 2]) -> Self {
+        Window { low: [0, 1].map(|k| self.low[k] + by[k]), high: [0, 1].map(|k| self.high[k] + by[k]) }
+    }
+
     /// With this size and the same centre.
     pub fn resized(&self, size: [f64; 2]) -> Self {
-        let centre = [0, 1].map(|k| 0.5 * (self.low[k] + self.high[k]));
+        let centre = self.centre();
         Window {
             low: [0, 1].map(|k| centre[k] - 0.5 * size[k]),
             high: [0, 1].map(|k| centre[k] + 0.5 * size[k]),
