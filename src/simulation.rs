@@ -636,7 +636,9 @@ fn pair_results(
             }
             sum[8] += state.active.iter().filter(|a| **a).count() as f64;
             sum[9] += side.nodes.len() as f64;
-            sum[10] += f64::from(u8::from(side.nodes.iter().any(|n| n.conjugate.terms.len() > 1)));
+            let touching = std::iter::zip(&side.nodes, &state.active).filter(|(_, active)| **active);
+            let unmatched = touching.filter(|(node, _)| node.conjugate.terms.len() > 1).count();
+            sum[10] += unmatched as f64;
             max[0] = table.pressure.iter().copied().fold(max[0], f64::max);
             max[1] = state.gap.iter().map(|g| -g).fold(max[1], f64::max);
             for (k, node) in side.nodes.iter().enumerate() {

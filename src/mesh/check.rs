@@ -5,7 +5,8 @@ use crate::error::{Error, Result};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
-/// Checks that the mesh has cells, that every node is used, that no two nodes coincide, and the shape of each cell.
+/// Checks that the mesh has cells, that every node is used, that no two nodes coincide, and the shape of each
+/// cell.
 pub fn check(mesh: &Mesh) -> Result<()> {
     if mesh.cells.is_empty() {
         return Err(Error::input("the mesh has no cells"));
@@ -63,7 +64,8 @@ fn edges(mesh: &Mesh, number: usize) -> Result<()> {
             let fraction = ((mid[0] - p[0][0]) * along[0] + (mid[1] - p[0][1]) * along[1]) / square;
             if !(1.0 / 3.0..=2.0 / 3.0).contains(&fraction) {
                 return Err(Error::input(format!(
-                    "cell {number}: the mid-side node at {} lies at {fraction:.2} of its side, outside the middle third; \
+                    "cell {number}: the mid-side node at {} lies at {fraction:.2} of its side, outside \
+                     the middle third; \
                      mesh again with a finer size along curved edges",
                     place(mesh, nodes[2])
                 )));
@@ -93,7 +95,8 @@ fn jacobian(mesh: &Mesh, number: usize) -> Result<()> {
         let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
         if det.is_nan() || det <= 1e-12 * size * size {
             return Err(Error::input(format!(
-                "cell {number} ({}) is distorted or turned over at ({}, {}): its area there is {det:e} times the reference; \
+                "cell {number} ({}) is distorted or turned over at ({}, {}): its area there is {det:e} \
+                 times the reference; \
                  mesh again, finer along curved edges",
                 cell.kind.name(),
                 at[0],
@@ -113,8 +116,10 @@ fn coincident(mesh: &Mesh) -> Result<()> {
         let near = tree.locate_within_distance([p[0], p[1]], tolerance * tolerance);
         if let Some(other) = near.map(|found| found.data).find(|&other| other > i) {
             return Err(Error::input(format!(
-                "two nodes, {i} and {other}, lie at {} and are not connected: a crack, or nodes that should be one. \
-                 Remove duplicate nodes in the mesher (Gmsh: Coherence), or choose one body by its group name",
+                "two nodes, {i} and {other}, lie at {} and are not connected: a crack, or nodes that \
+                 should be one. \
+                 Remove duplicate nodes in the mesher (Gmsh: Coherence), or choose one body by its group \
+                 name",
                 place(mesh, i as u32)
             )));
         }

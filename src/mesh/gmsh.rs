@@ -1,7 +1,7 @@
 //! Gmsh files: format 4.1 and 2.2, ASCII and binary.
 //!
-//! [`read`] parses the file into a [`Raw`] list of nodes, elements and groups, then [`body`] picks the cells of one
-//! body and the boundary lines that lie on it.
+//! [`read`] parses the file into a [`Raw`] list of nodes, elements and groups, then [`body`] picks the cells
+//! of one body and the boundary lines that lie on it.
 mod body;
 mod scan;
 #[cfg(test)]
@@ -17,8 +17,8 @@ use std::path::Path;
 
 /// Reads the body named `group` (`None`: all cells) from a Gmsh file, its coordinates times `scale`.
 ///
-/// Physical groups of dimension 2 are bodies, of dimension 1 surfaces; one without a name is called `group <tag>`.
-/// Clockwise cells are turned round, and nodes that the body does not use are dropped.
+/// Physical groups of dimension 2 are bodies, of dimension 1 surfaces; one without a name is called `group
+/// <tag>`. Clockwise cells are turned round, and nodes that the body does not use are dropped.
 pub fn read(file: &Path, group: Option<&str>, scale: f64) -> Result<Mesh> {
     let name = file.display().to_string();
     if !(scale.is_finite() && scale > 0.0) {
@@ -82,13 +82,15 @@ impl Kind {
             }
             4..=7 | 11..=14 | 17..=19 | 29..=34 | 71..=79 | 90..=137 => {
                 return Err(format!(
-                    "element type {gmsh_type} is three-dimensional; mesh a surface only, with gmsh -2, or save only \
+                    "element type {gmsh_type} is three-dimensional; mesh a surface only, with gmsh -2, or \
+                     save only \
                      physical groups of dimensions 1 and 2 (Mesh.SaveAll = 0)"
                 ));
             }
             _ => {
                 return Err(format!(
-                    "element type {gmsh_type} is not read; kontakt reads 3- and 6-node triangles and 4- and 8-node \
+                    "element type {gmsh_type} is not read; kontakt reads 3- and 6-node triangles and 4- \
+                     and 8-node \
                      quadrilaterals: set Mesh.ElementOrder to 1 or 2 in Gmsh"
                 ));
             }

@@ -31,7 +31,8 @@ impl<'a> Locator<'a> {
         Locator { points, cells, tree }
     }
 
-    /// The cell that contains `x` and the reference coordinates there; the first one if several share the point.
+    /// The cell that contains `x` and the reference coordinates there; the first one if several share the
+    /// point.
     pub fn find(&self, x: &[f64; 3]) -> Option<(usize, [f64; 3])> {
         if !x.iter().all(|v| v.is_finite()) {
             return None;
@@ -56,10 +57,9 @@ pub fn nearest_node(points: &[[f64; 3]], x: &[f64; 3]) -> Option<(usize, f64)> {
 fn cell_box(points: &[[f64; 3]], cell: &Cell) -> ([f64; 2], [f64; 2]) {
     let mut range = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for &node in cell.nodes() {
-        for d in 0..2 {
-            range.0[d] = range.0[d].min(points[node as usize][d]);
-            range.1[d] = range.1[d].max(points[node as usize][d]);
-        }
+        let [x, y, _] = points[node as usize];
+        range.0 = [range.0[0].min(x), range.0[1].min(y)];
+        range.1 = [range.1[0].max(x), range.1[1].max(y)];
     }
     range
 }
@@ -74,8 +74,8 @@ fn inside(kind: ElementKind, xi: &[f64; 3]) -> bool {
     }
 }
 
-/// Reference coordinates of a point, by Newton's method on x(xi) = sum N_a(xi) x_a; `None` if it does not converge,
-/// which happens only far outside the cell.
+/// Reference coordinates of a point, by Newton's method on x(xi) = sum N_a(xi) x_a; `None` if it does not
+/// converge, which happens only far outside the cell.
 fn inverse_map(points: &[[f64; 3]], cell: &Cell, x: &[f64; 3]) -> Option<[f64; 3]> {
     // Relative to the first node, so that a cell far from the origin loses no digits.
     let origin = points[cell.nodes()[0] as usize];

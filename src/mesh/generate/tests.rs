@@ -156,9 +156,7 @@ fn straight_sides_have_their_node_in_the_middle() {
         assert_sound(&mesh, 0);
         for (_, facet) in mesh.sides() {
             let p: Vec<_> = mesh.facet_nodes(facet).map(|n| mesh.points[n as usize]).collect();
-            for d in 0..2 {
-                assert_eq!(p[2][d], 0.5 * (p[0][d] + p[1][d]));
-            }
+            assert_eq!(p[2], [0, 1, 2].map(|d| 0.5 * (p[0][d] + p[1][d])));
         }
     }
 }

@@ -37,7 +37,8 @@ impl Body<'_> {
         let all: Vec<&Element> = raw.elements.iter().filter(|e| e.kind.dim() == 2).collect();
         if all.is_empty() {
             return Err(self.error(
-                "no triangles or quadrilaterals; if physical groups are defined, Gmsh saves only what is in one",
+                "no triangles or quadrilaterals; if physical groups are defined, Gmsh saves only what is \
+                 in one",
             ));
         }
         let in_group = |e: &&&Element| match group {
@@ -207,7 +208,8 @@ impl Body<'_> {
         let own = line.nodes.get(2).map(|tag| self.number.get(tag).copied());
         if own.is_some_and(|own| own != middle) || (own.is_none() && middle.is_some()) {
             return Err(self.error(format!(
-                "{place} does not have the nodes of the cell's side; mesh lines and surfaces with the same order"
+                "{place} does not have the nodes of the cell's side; mesh lines and surfaces with the \
+                 same order"
             )));
         }
         Ok(Some(found[0]))

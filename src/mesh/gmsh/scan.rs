@@ -3,7 +3,8 @@ use crate::error::{Error, Result};
 
 /// Reads a file from front to back.
 ///
-/// Memory grows only with what was really read, so a wrong count in the file cannot ask for a huge allocation.
+/// Memory grows only with what was really read, so a wrong count in the file cannot ask for a huge
+/// allocation.
 #[derive(Debug)]
 pub struct Scanner<'a> {
     file: &'a str,

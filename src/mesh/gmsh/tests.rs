@@ -86,7 +86,8 @@ fn what_is_not_read_says_what_to_do() {
     assert!(error.contains("absent.msh: cannot read"), "{error}");
 }
 
-const HEAD: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 2 0 0\n6 2 1 0\n$EndNodes\n";
+const HEAD: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 \
+0\n5 2 0 0\n6 2 1 0\n$EndNodes\n";
 
 fn with_elements(elements: &[&str]) -> String {
     format!("{HEAD}$Elements\n{}\n{}\n$EndElements\n", elements.len(), elements.join("\n"))

@@ -19,7 +19,8 @@ pub fn nodes(scan: &mut Scanner, raw: &mut Raw) -> Result<()> {
     Ok(())
 }
 
-/// `$Elements`: tag, type, number of tags, tags, nodes; in binary files type and number of tags are shared by a run.
+/// `$Elements`: tag, type, number of tags, tags, nodes; in binary files type and number of tags are shared by
+/// a run.
 pub fn elements(scan: &mut Scanner, raw: &mut Raw) -> Result<()> {
     let mut left = total(scan)?;
     while left > 0 {

@@ -1,0 +1,113 @@
+//! Running the program under mpirun, and the invariants every run must satisfy.
+#![allow(dead_code)]
+use serde_json::Value;
+use std::{
+    path::Path,
+    process::{Command, Output},
+};
+
+/// mpirun with the settings that make it usable in containers, as root and on few cores.
+pub fn mpirun(ranks: usize) -> Command {
+    let mut command = Command::new("timeout"); // a deadlock must fail, not hang
+    command.args(["--kill-after=5", "120", "mpirun", "-q", "-n", &ranks.to_string()]);
+    for (key, value) in [
+        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+        ("OMPI_MCA_mpi_yield_when_idle", "1"),
+        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+        ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+        ("OMP_NUM_THREADS", "1"),
+    ] {
+        command.env(key, value);
+    }
+    command
+}
+
+/// `kontakt run case` with results in `out`.
+pub fn run(ranks: usize, case: &Path, out: &Path, arguments: &[&str]) -> Output {
+    let mut command = mpirun(ranks);
+    command.arg(env!("CARGO_BIN_EXE_kontakt")).arg("run").arg(case).arg("--out").arg(out).args(arguments);
+    command.output().expect("mpirun starts")
+}
+
+/// The summary a run left.
+pub fn summary(out: &Path) -> Value {
+    let text = std::fs::read_to_string(out.join("summary.json")).expect("summary.json is there");
+    serde_json::from_str(&text).expect("summary.json is JSON")
+}
+
+/// A value by path: `pairs.interface.max_pressure`, `probes.A.displacement.1`; list items by name or index.
+pub fn value(summary: &Value, path: &str) -> f64 {
+    let found = path.split('.').fold(Some(summary), |at, key| match at? {
+        Value::Array(items) => match key.parse::<usize>() {
+            Ok(i) => items.get(i),
+            Err(_) => items.iter().find(|item| item["name"] == key),
+        },
+        other => other.get(key),
+    });
+    found.and_then(Value::as_f64).unwrap_or_else(|| panic!("no number at {path}"))
+}
+
+/// Invariants I1 to I5 and I7 of a run that converged; `scale` is the elastic approach, m.
+pub fn check_invariants(summary: &Value, what: &str) {
+    let check = |key: &str, limit: f64| {
+        let value = value(summary, &format!("checks.{key}"));
+        assert!(value <= limit, "{what}: {key} = {value:.2e} > {limit:.0e}");
+    };
+    check("action_reaction", 1e-10); // I1
+    check("equilibrium", 1e-9); // I2
+    check("residual", 1e-9);
+    check("tension", 1e-6); // I4
+    check("complementarity", 1e-6); // I5
+    check("virtual_work", 1e-10); // I7
+    // I3: the penetration against the largest displacement of the probes or the length of the contact.
+    for pair in summary["pairs"].as_array().expect("pairs") {
+        let length = pair["contact_length"].as_f64().unwrap_or(0.0);
+        let penetration = pair["max_penetration"].as_f64().expect("a number");
+        assert!(penetration <= 1e-8 * length, "{what}: penetration {penetration:.2e}");
+    }
+}
+
+/// Asserts that two summaries agree in every physical number to `relative`.
+pub fn assert_same(a: &Value, b: &Value, relative: f64, what: &str) {
+    for key in ["pairs", "probes"] {
+        compare(&a[key], &b[key], relative, &format!("{what}: {key}"), largest(&a[key]));
+    }
+    assert_eq!(a["reason"], b["reason"], "{what}");
+    assert_eq!(a["alternations"], b["alternations"], "{what}");
+}
+
+/// Largest magnitude of each kind of number is its own scale: compared key by key.
+fn compare(a: &Value, b: &Value, relative: f64, what: &str, scale: f64) {
+    match (a, b) {
+        (Value::Object(a), Value::Object(b)) => {
+            for (key, value) in a {
+                // Measures of round-off, and stresses that are zero but for it, have no digits to compare.
+                if matches!(key.as_str(), "max_penetration" | "force_imbalance" | "complementarity") {
+                    continue;
+                }
+                compare(value, &b[key], relative, &format!("{what}.{key}"), largest(value));
+            }
+        }
+        (Value::Array(a), Value::Array(b)) => {
+            assert_eq!(a.len(), b.len(), "{what}");
+            std::iter::zip(a, b).for_each(|(a, b)| compare(a, b, relative, what, scale));
+        }
+        (Value::Number(x), Value::Number(y)) => {
+            let (x, y) = (x.as_f64().expect("a number"), y.as_f64().expect("a number"));
+            let is_stress = what.contains("stress") || what.contains("resultant");
+            let scale = if is_stress { scale.max(1e3) } else { scale };
+            assert!((x - y).abs() <= relative * scale, "{what}: {x:e} and {y:e}");
+        }
+        _ => assert_eq!(a, b, "{what}"),
+    }
+}
+
+fn largest(value: &Value) -> f64 {
+    match value {
+        Value::Object(map) => map.values().map(largest).fold(0.0, f64::max),
+        Value::Array(items) => items.iter().map(largest).fold(0.0, f64::max),
+        other => other.as_f64().map_or(0.0, f64::abs),
+    }
+}
