@@ -191,7 +191,9 @@ fn print_row(row: &HistoryRow, terminal: bool) {
     if terminal {
         eprintln!("{alternation:11}  {jump:17.3e}  {force_imbalance:15.3e}  {active:6}  {contraction:11.3}");
     } else {
-        eprintln!("alternation {alternation} jump {jump:.3e} imbalance {force_imbalance:.3e} active {active}");
+        eprintln!(
+            "alternation {alternation} jump {jump:.3e} imbalance {force_imbalance:.3e} active {active}"
+        );
     }
 }
 

@@ -218,7 +218,8 @@ pub fn run(
 ) -> Result<Summary> {
     let start = Instant::now();
     output::prepare(world, directory)?;
-    let Interface { plan, mut bodies, mut compliances, contacts, pairing_seconds } = Interface::new(case, world)?;
+    let Interface { plan, mut bodies, mut compliances, contacts, pairing_seconds } =
+        Interface::new(case, world)?;
     let groups = &plan.groups;
     let exchange = plan.exchange(case);
     let mut seconds = [0.0; 6];
@@ -481,7 +482,8 @@ fn spread(
 }
 
 fn start_fields(piece: &mut Piece, heated: bool) {
-    let field = |name: &str, unit, components| Field { name: name.into(), unit, components, values: Vec::new() };
+    let field =
+        |name: &str, unit, components| Field { name: name.into(), unit, components, values: Vec::new() };
     piece.point_fields = vec![
         field("displacement", "m", 3),
         field("stress", "Pa", 6),
@@ -522,15 +524,7 @@ fn append(piece: &mut Piece, body: &Body, fields: &Fields, index: usize, heated:
 
 /// Sum of a balance over the group.
 fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
-    let parts = [
-        &b.residual2[..],
-        &b.resultant,
-        &[b.moment],
-        &b.scale,
-        &b.work,
-        &b.reaction,
-    ]
-    .concat();
+    let parts = [&b.residual2[..], &b.resultant, &[b.moment], &b.scale, &b.work, &b.reaction].concat();
     let s = parallel::sum(group, &parts);
     Balance {
         residual2: [s[0], s[1]],
@@ -610,7 +604,9 @@ fn pair_results(
     warnings: &mut Vec<String>,
 ) -> (Vec<output::PairSummary>, Vec<PairTables>, bool) {
     let names = |contact: &ContactCase| {
-        [0, 1].map(|s| format!("{}.{}", case.bodies[contact.surfaces[s].body].name, contact.surfaces[s].surface))
+        [0, 1].map(|s| {
+            format!("{}.{}", case.bodies[contact.surfaces[s].body].name, contact.surfaces[s].surface)
+        })
     };
     let mut tables: Vec<PairTables> = case
         .contacts
@@ -822,7 +818,8 @@ fn body_summaries(
 fn remove_old_summary(world: &SimpleCommunicator, directory: &Path) -> Result<()> {
     let path = directory.join(output::SUMMARY);
     let removed = if world.rank() == 0 && path.exists() {
-        std::fs::remove_file(&path).map_err(|e| Error::input(format!("cannot replace {}: {e}", path.display())))
+        std::fs::remove_file(&path)
+            .map_err(|e| Error::input(format!("cannot replace {}: {e}", path.display())))
     } else {
         Ok(())
     };

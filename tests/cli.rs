@@ -57,7 +57,8 @@ fn petsc_options_reach_the_body_they_name() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     common::assert_same(&summary(direct.path()), &summary(iterative.path()), 1e-8, "cg against Cholesky");
     // One iteration is not enough: the option is not ignored.
-    let options = ["-body_upper_ksp_type", "cg", "-body_upper_ksp_max_it", "1", "-body_upper_pc_type", "none"];
+    let options =
+        ["-body_upper_ksp_type", "cg", "-body_upper_ksp_max_it", "1", "-body_upper_pc_type", "none"];
     assert_eq!(run(1, &case("patch"), iterative.path(), &options).status.code(), Some(1));
     let output = run(1, &case("patch"), iterative.path(), &["-body_uper_ksp_type", "cg"]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));

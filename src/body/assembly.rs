@@ -113,12 +113,19 @@ impl Parameters<'_> {
     }
 
     /// External nodal forces at the owned nodes, N, in global axes. Collective.
-    pub fn external_forces(&self, case: &BodyCase, mesh: &Mesh, group: &SimpleCommunicator) -> Result<Vec<f64>> {
+    pub fn external_forces(
+        &self,
+        case: &BodyCase,
+        mesh: &Mesh,
+        group: &SimpleCommunicator,
+    ) -> Result<Vec<f64>> {
         let (part, dim) = (self.part, self.part.dim);
         let mut f = vec![0.0; part.n_local * dim];
         for load in &case.loads {
             match &load.kind {
-                LoadKind::BodyForce(b) => self.add_body_force(|x| std::array::from_fn(|i| b[i].at(x)), &mut f)?,
+                LoadKind::BodyForce(b) => {
+                    self.add_body_force(|x| std::array::from_fn(|i| b[i].at(x)), &mut f)?
+                }
                 LoadKind::Traction(region, t) => {
                     let facets = self.own_facets(case, mesh, region, &load.origin)?;
                     self.add_traction(&facets, |x, _| std::array::from_fn(|i| t[i].at(x)), &mut f);
@@ -134,8 +141,7 @@ impl Parameters<'_> {
                     }
                 }
                 LoadKind::Force(region @ Region::Surface { name, within }, force) => {
-                    let all =
-                        region::find_facets(mesh, &case.name, name, within.as_ref(), &load.origin)?;
+                    let all = region::find_facets(mesh, &case.name, name, within.as_ref(), &load.origin)?;
                     let area = facet_area(mesh, &all, self.thickness);
                     let facets = self.own_facets(case, mesh, region, &load.origin)?;
                     self.add_traction(&facets, |_, _| force.map(|f| f / area), &mut f);

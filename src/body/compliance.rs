@@ -52,7 +52,8 @@ impl Compliance {
         rows: Vec<ContactRow>,
     ) -> Result<Option<Compliance>> {
         let dim = body.dim();
-        let mut packed = rows.iter().flat_map(|r| [r.observed as f64, r.normal[0], r.normal[1], r.normal[2]]).collect();
+        let mut packed =
+            rows.iter().flat_map(|r| [r.observed as f64, r.normal[0], r.normal[1], r.normal[2]]).collect();
         parallel::broadcast(group, 0, &mut packed);
         let rows: Vec<ContactRow> = packed
             .chunks_exact(4)
@@ -115,7 +116,9 @@ impl Respond for Compliance {
         if self.factor.as_ref().is_none_or(|(rows, _)| *rows != active) {
             let c = self.normal.select_rows(&active).select_columns(&active);
             let factor = Cholesky::new(c).ok_or_else(|| {
-                Error::internal("the compliance of the contact nodes is singular: do two contact nodes coincide?")
+                Error::internal(
+                    "the compliance of the contact nodes is singular: do two contact nodes coincide?",
+                )
             })?;
             self.factorisations += 1;
             self.factor = Some((active.clone(), factor));

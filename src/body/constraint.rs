@@ -74,7 +74,9 @@ impl Constraints {
                 }
             }
         }
-        Ok(Constraints(rows.into_iter().map(|(node, rows)| (node, node_constraint(&rows, mesh.dim))).collect()))
+        Ok(Constraints(
+            rows.into_iter().map(|(node, rows)| (node, node_constraint(&rows, mesh.dim))).collect(),
+        ))
     }
 
     /// The supports of the nodes of a part, under their local numbers.
@@ -86,7 +88,8 @@ impl Constraints {
     /// Nodal vectors in global axes to the nodes' frames, supported components set to zero.
     pub fn to_frames(&self, values: &[f64], dim: usize) -> Vec<f64> {
         let mut out = values.to_vec();
-        for (&node, constraint) in self.0.iter().take_while(|(n, _)| (**n as usize + 1) * dim <= values.len()) {
+        for (&node, constraint) in self.0.iter().take_while(|(n, _)| (**n as usize + 1) * dim <= values.len())
+        {
             let range = node as usize * dim..(node as usize + 1) * dim;
             let mut v = [0.0; 3];
             v[..dim].copy_from_slice(&values[range.clone()]);
@@ -101,7 +104,8 @@ impl Constraints {
     /// Nodal vectors in the nodes' frames to global axes.
     pub fn from_frames(&self, values: &[f64], dim: usize) -> Vec<f64> {
         let mut out = values.to_vec();
-        for (&node, constraint) in self.0.iter().take_while(|(n, _)| (**n as usize + 1) * dim <= values.len()) {
+        for (&node, constraint) in self.0.iter().take_while(|(n, _)| (**n as usize + 1) * dim <= values.len())
+        {
             if constraint.frame.is_none() {
                 continue;
             }

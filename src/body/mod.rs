@@ -131,8 +131,7 @@ impl Body {
         ksp.set_up().map_err(|e| {
             Error::internal(format!("body '{}': the stiffness matrix cannot be factorised: {e}", case.name))
         })?;
-        let cost =
-            Cost { factorisations: 1, solves: 0, assemble, factor: factoring.elapsed().as_secs_f64() };
+        let cost = Cost { factorisations: 1, solves: 0, assemble, factor: factoring.elapsed().as_secs_f64() };
         Ok(Body {
             name: case.name.clone(),
             part,

@@ -1,11 +1,6 @@
 //! Strains, stresses and the balance of forces from the displacements.
 use super::{Body, assembly};
-use crate::{
-    contact::vector::dot,
-    element::MAX_NODES,
-    error::Result,
-    mesh::Cell,
-};
+use crate::{contact::vector::dot, element::MAX_NODES, error::Result, mesh::Cell};
 
 /// Tensors are (xx, yy, zz, xy, yz, xz).
 type Tensor = [f64; 6];
@@ -109,9 +104,7 @@ impl Body {
         for (a, &node) in cell.nodes().iter().enumerate() {
             work.u[a * dim..][..dim].copy_from_slice(&u[node as usize * dim..][..dim]);
         }
-        let temperature = |shape: &[f64]| {
-            assembly::temperature_at(self.temperature.as_deref(), cell, shape)
-        };
+        let temperature = |shape: &[f64]| assembly::temperature_at(self.temperature.as_deref(), cell, shape);
         let at_points = &mut work.temperatures;
         at_points.clear();
         self.elements.of(cell.kind).strains(

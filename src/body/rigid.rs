@@ -16,7 +16,8 @@ pub fn free_motions(mesh: &Mesh, constraints: &Constraints) -> Vec<String> {
     for piece in 0..count {
         let nodes = || (0..mesh.points.len()).filter(|&i| component[i] as usize == piece);
         let n = nodes().count() as f64;
-        let center = nodes().fold([0.0; 2], |c, i| [c[0] + mesh.points[i][0] / n, c[1] + mesh.points[i][1] / n]);
+        let center =
+            nodes().fold([0.0; 2], |c, i| [c[0] + mesh.points[i][0] / n, c[1] + mesh.points[i][1] / n]);
         let arm = |i: usize| [mesh.points[i][0] - center[0], mesh.points[i][1] - center[1]];
         let length = nodes().map(|i| arm(i)[0].hypot(arm(i)[1])).fold(f64::MIN_POSITIVE, f64::max);
         let mut gram = Matrix3::zeros();

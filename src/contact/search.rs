@@ -121,9 +121,8 @@ impl<'a> Search<'a> {
             return xi;
         }
         // Newton on d/dxi |x(xi) - x|^2 = 0; Gauss-Newton where the curvature would make it a maximum.
-        let second = combine(
-            [1.0, 1.0, -2.0].into_iter().zip(ends.iter().map(|&i| &self.surface.points[i as usize])),
-        );
+        let second =
+            combine([1.0, 1.0, -2.0].into_iter().zip(ends.iter().map(|&i| &self.surface.points[i as usize])));
         for _ in 0..30 {
             let (offset, t) = (sub(&self.surface.point(f, xi), x), self.surface.tangent(f, xi));
             let curvature = dot(&t, &t) + dot(&offset, &second).max(-0.5 * dot(&t, &t));

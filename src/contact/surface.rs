@@ -24,10 +24,7 @@ pub struct Surface {
 pub fn line_shape(n_nodes: usize, xi: f64) -> ([f64; 3], [f64; 3]) {
     match n_nodes {
         2 => ([0.5 * (1.0 - xi), 0.5 * (1.0 + xi), 0.0], [-0.5, 0.5, 0.0]),
-        _ => (
-            [0.5 * xi * (xi - 1.0), 0.5 * xi * (xi + 1.0), 1.0 - xi * xi],
-            [xi - 0.5, xi + 0.5, -2.0 * xi],
-        ),
+        _ => ([0.5 * xi * (xi - 1.0), 0.5 * xi * (xi + 1.0), 1.0 - xi * xi], [xi - 0.5, xi + 0.5, -2.0 * xi]),
     }
 }
 

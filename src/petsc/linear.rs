@@ -50,7 +50,10 @@ fn int(n: usize) -> Result<i32> {
 
 impl Vector {
     /// Zero vector with `n_owned` entries on this rank.
-    pub fn zeros<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(comm: &C, n_owned: usize) -> Result<Self> {
+    pub fn zeros<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
+        comm: &C,
+        n_owned: usize,
+    ) -> Result<Self> {
         let n = int(n_owned)?;
         // SAFETY: a valid communicator and sizes.
         let v = Vector(make(|v| unsafe { sys::VecCreateMPI(comm.as_raw(), n, sys::PETSC_DETERMINE, v) })?);

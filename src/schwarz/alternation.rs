@@ -112,7 +112,8 @@ impl<'a, B: Respond> Alternation<'a, B> {
                 ..SideState::default()
             })
             .collect();
-        let mut all = Alternation { bodies, sides, exchange, settings, states, gap_threshold: 0.0, started: false };
+        let mut all =
+            Alternation { bodies, sides, exchange, settings, states, gap_threshold: 0.0, started: false };
         all.solve_force_step()?;
         let mut motion: f64 = 0.0;
         let mut size: f64 = 0.0;
@@ -152,7 +153,9 @@ impl<'a, B: Respond> Alternation<'a, B> {
             last_jump = measures.jump;
             progress(&row);
             history.push(row);
-            if let Some(reason) = self.stop_test(&measures).or_else(|| watch.observe(measures.jump, self.set())) {
+            if let Some(reason) =
+                self.stop_test(&measures).or_else(|| watch.observe(measures.jump, self.set()))
+            {
                 return Ok(Outcome { reason, history });
             }
         }

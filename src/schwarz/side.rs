@@ -40,8 +40,6 @@ impl Side {
 
     /// The same for a vector.
     pub fn vector_at_conjugate(node: &ContactNode, values: &[[f64; 3]]) -> [f64; 3] {
-        crate::contact::vector::combine(
-            node.conjugate.terms.iter().map(|&(i, n)| (n, &values[i as usize])),
-        )
+        crate::contact::vector::combine(node.conjugate.terms.iter().map(|&(i, n)| (n, &values[i as usize])))
     }
 }
