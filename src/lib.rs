@@ -4,6 +4,7 @@
 pub mod case;
 pub mod element;
 pub mod error;
+pub mod material;
 pub mod mesh;
 pub mod output;
 pub mod petsc;

@@ -1,6 +1,18 @@
 //! Element kinds: shape functions, facets, quadrature, and the matrices of a solid element.
 //!
 //! The only place, with `mesh` generators and surface integration, that knows the number of dimensions.
+mod geometry;
+mod load;
+mod quadrature;
+mod recovery;
+mod shape;
+mod solid;
+
+pub use geometry::PointGeometry;
+pub use load::{body_load, facet_load, facet_weights};
+pub use quadrature::{FacetPoint, MAX_POINTS, QuadraturePoint, facet_rule, load_rule, stiffness_rule};
+pub use shape::{FacetKind, FacetShape, MAX_NODES, Shape};
+pub use solid::{PointLaw, SolidElement, resolve};
 
 /// Kinds of solid element, nodes numbered as VTK and Gmsh do: corners counter-clockwise, then mid-sides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -1,0 +1,78 @@
+//! From values at the quadrature points to values at the nodes and means over the element.
+use super::{ElementKind, PointGeometry, SolidElement, load_rule};
+use crate::Result;
+
+impl SolidElement {
+    /// Values at the nodes from values at the quadrature points.
+    ///
+    /// tri3: the constant. tri6: the linear function through the three points. Quadrilaterals: a + b xi + c
+    /// eta + d xi eta, through the 2 x 2 points, or fitted to the 3 x 3 points by least squares with the
+    /// Gauss weights (the fit takes the values of the quadratic at the 2 x 2 points, where stresses are most
+    /// accurate: Barlow, Int. J. Numer. Meth. Engng 10 (1976) 243).
+    pub fn to_nodes<const N: usize>(&self, at_points: &[[f64; N]], at_nodes: &mut [[f64; N]]) {
+        match self.kind() {
+            ElementKind::Tri3 => at_nodes.fill(at_points[0]),
+            ElementKind::Tri6 => self.fit(at_points, at_nodes, |xi| {
+                // 2 L_a - 1/3 is one at point a and zero at the others.
+                [1. - xi[0] - xi[1], xi[0], xi[1]].map(|l| 2. * l - 1. / 3.)
+            }),
+            ElementKind::Quad4 | ElementKind::Quad8 => {
+                self.fit(at_points, at_nodes, |xi| [1., xi[0], xi[1], xi[0] * xi[1]])
+            }
+        }
+    }
+
+    /// Mean over the element, (1/A) int v dA, of values at the quadrature points.
+    pub fn mean<const N: usize>(&self, x: &[[f64; 3]], at_points: &[[f64; N]]) -> Result<[f64; N]> {
+        let (mut mean, mut total) = ([0.; N], 0.);
+        for (point, values) in self.points().iter().zip(at_points) {
+            let area = PointGeometry::new(self.kind(), x, point)?.area;
+            total += area;
+            for (sum, value) in mean.iter_mut().zip(values) {
+                *sum += area * value;
+            }
+        }
+        Ok(mean.map(|sum| sum / total))
+    }
+
+    /// Volume of each quadrature point, m3: weight det J t; `volumes` is overwritten.
+    pub fn point_volumes(&self, x: &[[f64; 3]], thickness: f64, volumes: &mut Vec<f64>) -> Result<()> {
+        volumes.clear();
+        for point in self.points() {
+            volumes.push(PointGeometry::new(self.kind(), x, point)?.area * thickness);
+        }
+        Ok(())
+    }
+
+    /// Volume, m3.
+    pub fn volume(&self, x: &[[f64; 3]], thickness: f64) -> Result<f64> {
+        let mut volume = 0.;
+        for point in load_rule(self.kind()) {
+            volume += PointGeometry::new(self.kind(), x, point)?.area * thickness;
+        }
+        Ok(volume)
+    }
+
+    /// Least squares fit with a `basis` that is orthogonal under the rule, evaluated at the nodes.
+    fn fit<const N: usize, const M: usize>(
+        &self,
+        at_points: &[[f64; N]],
+        at_nodes: &mut [[f64; N]],
+        basis: impl Fn(&[f64; 3]) -> [f64; M],
+    ) {
+        let (mut coefficients, mut norms) = ([[0.; N]; M], [0.; M]);
+        for (point, values) in self.points().iter().zip(at_points) {
+            let phi = basis(&point.xi);
+            for m in 0..M {
+                norms[m] += point.weight * phi[m] * phi[m];
+                for (c, value) in coefficients[m].iter_mut().zip(values) {
+                    *c += point.weight * phi[m] * value;
+                }
+            }
+        }
+        for (node, xi) in at_nodes.iter_mut().zip(self.kind().node_coordinates()) {
+            let phi = basis(xi);
+            *node = std::array::from_fn(|i| (0..M).map(|m| phi[m] * coefficients[m][i] / norms[m]).sum());
+        }
+    }
+}

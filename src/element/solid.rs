@@ -1,0 +1,295 @@
+//! Stiffness, strains and internal forces of a solid element.
+//!
+//! Every element is a set of displacement modes: its shape functions and, in the enhanced quad4, two
+//! incompatible modes, whose four amplitudes are eliminated inside the element. Strain B u and force B^T
+//! sigma are formed mode by mode in [`strain_of`] and [`force_of`]; the material enters only through
+//! [`PointLaw`].
+//!
+//! Incompatible modes m = 1, 2, in the form of Simo and Rifai, Int. J. Numer. Meth. Engng 29 (1990) 1595
+//! (four parameters), which is that of Taylor, Beresford and Wilson, ibid. 10 (1976) 1211: the modes xi_m^2 /
+//! 2 with the gradient det J0 / det J  xi_m  J0^-T e_m, J0 the Jacobian at the centre. Its integral over the
+//! element is zero on any shape, so that the patch test holds.
+use super::geometry::Jacobian;
+use super::{ElementKind, MAX_NODES, PointGeometry, QuadraturePoint, stiffness_rule};
+use crate::Result;
+use crate::case::Formulation;
+
+/// What the material says at one quadrature point: sigma = H (eps - eps0), Voigt order (11, 22, 12) with
+/// gamma12 = 2 eps12.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointLaw {
+    /// H, Pa.
+    pub h: [[f64; 3]; 3],
+    /// eps0.
+    pub initial_strain: [f64; 3],
+}
+
+impl PointLaw {
+    /// H (eps - eps0), Pa.
+    pub fn stress(&self, strain: [f64; 3]) -> [f64; 3] {
+        let elastic: [f64; 3] = std::array::from_fn(|i| strain[i] - self.initial_strain[i]);
+        times(&self.h, &elastic)
+    }
+}
+
+/// A kind with a formulation that fits it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SolidElement {
+    kind: ElementKind,
+    formulation: Formulation,
+}
+
+/// The formulation an element kind uses: the one asked for, or its default.
+///
+/// Defaults: quad4 enhanced, quad8 reduced, because these lock neither in bending nor near incompressibility;
+/// triangles standard. With 2 x 2 points a quad8 has one free mode more than the rigid ones, which no two
+/// neighbours share: a body of a single reduced quad8 is not held by supports that would hold a rigid body.
+/// The text of an error says what the kind can do.
+pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Result<Formulation, String> {
+    use Formulation::{Enhanced, Reduced, Standard};
+    match (kind, asked) {
+        (ElementKind::Quad4, None | Some(Enhanced)) => Ok(Enhanced),
+        (ElementKind::Quad8, None | Some(Reduced)) => Ok(Reduced),
+        (ElementKind::Tri3 | ElementKind::Tri6, None) | (_, Some(Standard)) => Ok(Standard),
+        (_, Some(Enhanced)) => {
+            Err(format!("{} elements have no enhanced formulation: only quad4 has one", kind.name()))
+        }
+        (_, Some(Reduced)) => {
+            Err(format!("{} elements have no reduced formulation: only quad8 has one", kind.name()))
+        }
+    }
+}
+
+/// Components times the most displacement modes.
+const MAX_DOFS: usize = 2 * MAX_NODES;
+
+/// The element with all its modes, before the internal ones are eliminated.
+struct Full {
+    k: [[f64; MAX_DOFS]; MAX_DOFS],
+    f: [f64; MAX_DOFS],
+}
+
+/// Displacement modes at a quadrature point.
+struct Modes {
+    /// Gradient of each mode, 1/m: shape functions, then incompatible modes.
+    gradient: [[f64; 3]; MAX_NODES],
+    /// Shape functions.
+    n: [f64; MAX_NODES],
+    /// det J times the weight of the point, m2.
+    area: f64,
+}
+
+impl SolidElement {
+    /// The element of this kind; `None` takes the kind's default formulation ([`resolve`]).
+    pub fn new(kind: ElementKind, formulation: Option<Formulation>) -> std::result::Result<Self, String> {
+        Ok(SolidElement { kind, formulation: resolve(kind, formulation)? })
+    }
+
+    /// Kind.
+    pub fn kind(&self) -> ElementKind {
+        self.kind
+    }
+
+    /// Formulation.
+    pub fn formulation(&self) -> Formulation {
+        self.formulation
+    }
+
+    /// Quadrature points of stiffness, strains and stresses.
+    pub fn points(&self) -> &'static [QuadraturePoint] {
+        stiffness_rule(self.kind, self.formulation)
+    }
+
+    /// Stiffness `k` (2n x 2n, row-major, dof = 2 node + component, N/m) and the load of the initial strain
+    /// `f` = int B^T H eps0 t dA (N); both are overwritten. Nodal forces are k u - f.
+    ///
+    /// `x`: node coordinates, m; `thickness`, m; `law(point, N)`: the law at a quadrature point, given its
+    /// index and the shape functions there (to interpolate nodal values such as the temperature).
+    pub fn stiffness(
+        &self,
+        x: &[[f64; 3]],
+        thickness: f64,
+        law: impl FnMut(usize, &[f64]) -> PointLaw,
+        k: &mut [f64],
+        f: &mut [f64],
+    ) -> Result<()> {
+        let mut full = self.integrate(x, thickness, law)?;
+        self.eliminate_internal(&mut full);
+        let n = 2 * self.kind.n_nodes();
+        for (row, full_row) in k.chunks_exact_mut(n).zip(&full.k) {
+            row.copy_from_slice(&full_row[..n]);
+        }
+        f.copy_from_slice(&full.f[..n]);
+        Ok(())
+    }
+
+    /// Total in-plane strain (11, 22, gamma12) at each quadrature point for nodal displacements `u` (2n, m),
+    /// the enhanced part included; `strains` is overwritten. `law` as in [`Self::stiffness`].
+    pub fn strains(
+        &self,
+        x: &[[f64; 3]],
+        u: &[f64],
+        law: impl FnMut(usize, &[f64]) -> PointLaw,
+        strains: &mut Vec<[f64; 3]>,
+    ) -> Result<()> {
+        let n = 2 * self.kind.n_nodes();
+        let mut amplitudes = [0.; MAX_DOFS];
+        amplitudes[..n].copy_from_slice(u);
+        if self.n_modes() > self.kind.n_nodes() {
+            // The thickness cancels.
+            let mut full = self.integrate(x, 1., law)?;
+            self.eliminate_internal(&mut full);
+            self.recover_internal(&full, &mut amplitudes);
+        }
+        let center = self.center(x)?;
+        strains.clear();
+        for point in self.points() {
+            let modes = self.modes(x, &center, point)?;
+            let mut strain = [0.; 3];
+            for (g, u) in self.gradients(&modes).zip(amplitudes.chunks_exact(2)) {
+                let part = strain_of(g, [u[0], u[1]]);
+                strain = std::array::from_fn(|i| strain[i] + part[i]);
+            }
+            strains.push(strain);
+        }
+        Ok(())
+    }
+
+    /// Internal forces `f` = int B^T sigma t dA (2n, N; overwritten) of in-plane stresses (11, 22, 12), Pa,
+    /// at the quadrature points.
+    pub fn internal_force(
+        &self,
+        x: &[[f64; 3]],
+        thickness: f64,
+        stress: &[[f64; 3]],
+        f: &mut [f64],
+    ) -> Result<()> {
+        f.fill(0.);
+        for (point, stress) in self.points().iter().zip(stress) {
+            let geometry = PointGeometry::new(self.kind, x, point)?;
+            for (node, g) in f.chunks_exact_mut(2).zip(&geometry.gradient) {
+                let force = force_of(g, stress);
+                node[0] += force[0] * geometry.area * thickness;
+                node[1] += force[1] * geometry.area * thickness;
+            }
+        }
+        Ok(())
+    }
+
+    /// k = int B^T H B t dA and f = int B^T H eps0 t dA over all modes.
+    fn integrate(
+        &self,
+        x: &[[f64; 3]],
+        thickness: f64,
+        mut law: impl FnMut(usize, &[f64]) -> PointLaw,
+    ) -> Result<Full> {
+        let mut full = Full { k: [[0.; MAX_DOFS]; MAX_DOFS], f: [0.; MAX_DOFS] };
+        let center = self.center(x)?;
+        for (index, point) in self.points().iter().enumerate() {
+            let modes = self.modes(x, &center, point)?;
+            let law = law(index, &modes.n[..self.kind.n_nodes()]);
+            let volume = modes.area * thickness;
+            let initial_stress = times(&law.h, &law.initial_strain);
+            for (a, g) in self.gradients(&modes).enumerate() {
+                let force = force_of(g, &initial_stress);
+                full.f[2 * a] += force[0] * volume;
+                full.f[2 * a + 1] += force[1] * volume;
+            }
+            for (b, g) in self.gradients(&modes).enumerate() {
+                for (component, unit) in [[1., 0.], [0., 1.]].into_iter().enumerate() {
+                    let stress = times(&law.h, &strain_of(g, unit));
+                    let column = 2 * b + component;
+                    for (a, g) in self.gradients(&modes).enumerate() {
+                        let force = force_of(g, &stress);
+                        full.k[2 * a][column] += force[0] * volume;
+                        full.k[2 * a + 1][column] += force[1] * volume;
+                    }
+                }
+            }
+        }
+        Ok(full)
+    }
+
+    /// Gaussian elimination of the internal amplitudes, the last one first. What is left in the leading block
+    /// is the condensed element; the internal rows keep what [`Self::recover_internal`] needs.
+    fn eliminate_internal(&self, full: &mut Full) {
+        for p in (2 * self.kind.n_nodes()..2 * self.n_modes()).rev() {
+            let (row, f) = (full.k[p], full.f[p]);
+            for i in 0..p {
+                let factor = full.k[i][p] / row[p];
+                for (k, entry) in full.k[i][..p].iter_mut().zip(&row) {
+                    *k -= factor * entry;
+                }
+                full.f[i] -= factor * f;
+            }
+        }
+    }
+
+    /// Internal amplitudes, m, from the nodal displacements in front of them.
+    fn recover_internal(&self, full: &Full, u: &mut [f64; MAX_DOFS]) {
+        for p in 2 * self.kind.n_nodes()..2 * self.n_modes() {
+            let sum: f64 = full.k[p][..p].iter().zip(&u[..p]).map(|(k, u)| k * u).sum();
+            u[p] = (full.f[p] - sum) / full.k[p][p];
+        }
+    }
+
+    /// Number of displacement modes: nodes, and the incompatible modes of the enhanced quad4.
+    fn n_modes(&self) -> usize {
+        match self.formulation {
+            Formulation::Standard | Formulation::Reduced => self.kind.n_nodes(),
+            Formulation::Enhanced => self.kind.n_nodes() + 2,
+        }
+    }
+
+    /// Jacobian at the centre, J0.
+    fn center(&self, x: &[[f64; 3]]) -> Result<Jacobian> {
+        Jacobian::new(self.kind, x, &self.kind.shape(&self.kind.center()))
+    }
+
+    fn modes(&self, x: &[[f64; 3]], center: &Jacobian, point: &QuadraturePoint) -> Result<Modes> {
+        let geometry = PointGeometry::new(self.kind, x, point)?;
+        let mut gradient = geometry.gradient;
+        for (m, g) in gradient[self.kind.n_nodes()..self.n_modes()].iter_mut().enumerate() {
+            let mut reference = [0.; 3];
+            reference[m] = point.xi[m] * center.det / geometry.det;
+            *g = center.gradient(&reference);
+        }
+        Ok(Modes { gradient, n: geometry.n, area: geometry.area })
+    }
+
+    fn gradients<'m>(&self, modes: &'m Modes) -> impl Iterator<Item = &'m [f64; 3]> + use<'m> {
+        modes.gradient[..self.n_modes()].iter()
+    }
+}
+
+/// B_a u_a: strain (11, 22, gamma12) of a mode with gradient `g`, 1/m, and amplitude `u`, m.
+fn strain_of(g: &[f64; 3], u: [f64; 2]) -> [f64; 3] {
+    [g[0] * u[0], g[1] * u[1], g[1] * u[0] + g[0] * u[1]]
+}
+
+/// B_a^T sigma: force per volume on a mode with gradient `g`, 1/m, by the stress (11, 22, 12), Pa.
+fn force_of(g: &[f64; 3], stress: &[f64; 3]) -> [f64; 2] {
+    [g[0] * stress[0] + g[1] * stress[2], g[1] * stress[1] + g[0] * stress[2]]
+}
+
+fn times(h: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
+    h.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Formulation::{Enhanced, Reduced, Standard};
+
+    #[test]
+    fn defaults_and_refusals() {
+        let default = |kind| resolve(kind, None).unwrap();
+        assert_eq!(ElementKind::ALL.map(default), [Standard, Standard, Enhanced, Reduced]);
+        for kind in ElementKind::ALL {
+            assert_eq!(resolve(kind, Some(Standard)), Ok(Standard));
+        }
+        assert!(resolve(ElementKind::Tri6, Some(Enhanced)).unwrap_err().contains("tri6"));
+        assert!(resolve(ElementKind::Quad8, Some(Enhanced)).unwrap_err().contains("only quad4"));
+        assert!(resolve(ElementKind::Quad4, Some(Reduced)).unwrap_err().contains("only quad8"));
+    }
+}
