@@ -1,7 +1,8 @@
 //! Built-in meshes: rectangle, four-sided block, ring, half disc, disc.
 //!
-//! Each shape lays out quadrilaterals ([`net`]), which then become elements of the wanted kind; curved edges keep
-//! their mid-side nodes on the curve. A shape symmetric about x = 0 gives coordinates symmetric to the last bit.
+//! Each shape lays out quadrilaterals ([`net`]), which then become elements of the wanted kind; curved edges
+//! keep their mid-side nodes on the curve. A shape symmetric about x = 0 gives coordinates symmetric to the
+//! last bit.
 mod block;
 mod disc;
 mod net;
@@ -13,15 +14,14 @@ use crate::case::{Grading, Shape};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use net::Net;
 
 /// More corner nodes than this are taken for a mistake.
 const MAX_NODES: f64 = 1e8;
 
 /// Mesh of a built-in shape, rotated about the origin (radians, counter-clockwise), then translated (m).
 ///
-/// Nodes are numbered as the cells meet them, row by row. Triangles come from cutting each quadrilateral; the cuts
-/// are mirror images of each other about the middle column if the number of columns is even.
+/// Nodes are numbered as the cells meet them, row by row. Triangles come from cutting each quadrilateral; the
+/// cuts are mirror images of each other about the middle column if the number of columns is even.
 pub fn generate(shape: &Shape, element: ElementKind, rotate: f64, translate: [f64; 2]) -> Result<Mesh> {
     finite("rotate", &[rotate])?;
     finite("translate", &translate)?;

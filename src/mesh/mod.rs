@@ -1,13 +1,19 @@
 //! The mesh of a body: points, cells by kind, named surfaces.
+mod check;
 mod components;
 mod generate;
+mod gmsh;
+mod locate;
 mod part;
 mod partition;
 #[cfg(test)]
 mod testing;
 
+pub use check::check;
 pub use components::components;
 pub use generate::generate;
+pub use gmsh::read as read_gmsh;
+pub use locate::{Locator, nearest_node};
 pub use part::{MeshPart, Numbering};
 pub use partition::partition;
 

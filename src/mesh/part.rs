@@ -53,8 +53,8 @@ impl Numbering {
 pub struct MeshPart {
     /// Number of space dimensions.
     pub dim: usize,
-    /// Node coordinates, m: nodes owned by this rank, then the other nodes of its cells, then nodes of halo cells
-    /// only; each group in the order of global numbers.
+    /// Node coordinates, m: nodes owned by this rank, then the other nodes of its cells, then nodes of halo
+    /// cells only; each group in the order of global numbers.
     pub points: Vec<[f64; 3]>,
     /// Global number of each node; see [`Numbering`].
     pub global: Vec<u32>,

@@ -49,7 +49,8 @@ pub fn partition(mesh: &Mesh, parts: usize) -> Result<Vec<u32>> {
     let mut used = vec![false; parts];
     owner.iter().for_each(|&part| used[part as usize] = true);
     if used.contains(&false) {
-        // METIS may leave a part empty when there are only a few cells for each: then runs of consecutive cells.
+        // METIS may leave a part empty when there are only a few cells for each: then runs of consecutive
+        // cells.
         owner = (0..n).map(|cell| (cell * parts / n) as u32).collect();
     }
     Ok(owner)

@@ -100,7 +100,8 @@ pub fn angles(mesh: &Mesh) -> (f64, f64) {
     range
 }
 
-/// What every mesh of a body must satisfy: no unmatched sides, surfaces that are the boundary, a closed outline.
+/// What every mesh of a body must satisfy: no unmatched sides, surfaces that are the boundary, a closed
+/// outline.
 pub fn assert_sound(mesh: &Mesh, holes: i64) {
     assert_eq!(euler(mesh), 1 - holes);
     let outline = boundary(mesh);

@@ -54,7 +54,8 @@ impl Curve {
         let (ra, rb) = (p[0].hypot(p[1]), q[0].hypot(q[1]));
         if (ra - rb).abs() > 1e-9 * (ra + rb) {
             return Err(Error::input(format!(
-                "block: the arc's centre ({}, {}) is {ra} from one end of edge {name} but {rb} from the other; they must be equal",
+                "block: the arc's centre ({}, {}) is {ra} from one end of edge {name} but {rb} from the \
+                 other; they must be equal",
                 c[0], c[1]
             )));
         }
@@ -151,7 +152,8 @@ fn convex(net: &Net, grid: &Grid) -> Result<()> {
                 let (a, b, c) = (p[(k + 3) % 4], p[k], p[(k + 1) % 4]);
                 if (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]) <= 0.0 {
                     return Err(Error::input(format!(
-                        "block: the mesh folds over at ({}, {}); give the corners counter-clockwise from bottom-left, \
+                        "block: the mesh folds over at ({}, {}); give the corners counter-clockwise from \
+                         bottom-left, \
                          and split a block with a strongly bent edge or a corner of 180 degrees or more",
                         b[0], b[1]
                     )));

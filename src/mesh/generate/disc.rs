@@ -5,8 +5,9 @@ use crate::case::Grading;
 use crate::error::{Error, Result};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Lower edge of a core block in a disc of radius 1 about the origin: the parabola y = -h + c x^2 over the angles
-/// -end..end from the lowest point. It meets each ray from the centre, so that outer mesh lines are radial.
+/// Lower edge of a core block in a disc of radius 1 about the origin: the parabola y = -h + c x^2 over the
+/// angles -end..end from the lowest point. It meets each ray from the centre, so that outer mesh lines are
+/// radial.
 #[derive(Debug, Clone, Copy)]
 struct CoreEdge {
     h: f64,
@@ -38,7 +39,8 @@ impl CoreEdge {
 
 /// Adds the outer blocks: columns of nodes from `rim` to `inner`, at the given fractions of the way.
 ///
-/// The edges along the rim are arcs about the origin; further in they flatten until they are straight at the core.
+/// The edges along the rim are arcs about the origin; further in they flatten until they are straight at the
+/// core.
 fn outer(net: &mut Net, rim: &[[f64; 2]], inner: &[[f64; 2]], fraction: &[f64], closed: bool) -> Grid {
     let mut grid: Grid = Vec::new();
     for (p, q) in rim.iter().zip(inner) {

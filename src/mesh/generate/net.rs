@@ -109,7 +109,8 @@ impl Net {
         if (0..4).any(|i| side(i) == ends) {
             return of(ends);
         }
-        // The diagonal follows its curved neighbours: the centre of a quad8 moves by half the sum of their bulges.
+        // The diagonal follows its curved neighbours: the centre of a quad8 moves by half the sum of their
+        // bulges.
         let b = [0, 1, 2, 3].map(|i| of(side(i)));
         [0, 1].map(|d| 0.5 * ((b[0][d] + b[2][d]) + (b[1][d] + b[3][d])))
     }

@@ -1,9 +1,12 @@
 use super::*;
+use crate::mesh::check;
 use crate::mesh::testing::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 fn mesh(shape: &Shape, kind: ElementKind) -> Mesh {
-    generate(shape, kind, 0.0, [0.0; 2]).unwrap()
+    let mesh = generate(shape, kind, 0.0, [0.0; 2]).unwrap();
+    check(&mesh).unwrap();
+    mesh
 }
 
 /// Positions from 0 to `end`, first step `first`, growing evenly to `end` in n steps.
@@ -153,9 +156,7 @@ fn straight_sides_have_their_node_in_the_middle() {
         assert_sound(&mesh, 0);
         for (_, facet) in mesh.sides() {
             let p: Vec<_> = mesh.facet_nodes(facet).map(|n| mesh.points[n as usize]).collect();
-            for d in 0..2 {
-                assert_eq!(p[2][d], 0.5 * (p[0][d] + p[1][d]));
-            }
+            assert_eq!(p[2], [0, 1, 2].map(|d| 0.5 * (p[0][d] + p[1][d])));
         }
     }
 }
@@ -250,6 +251,8 @@ fn half_discs_of_all_proportions_have_good_cells() {
 fn discs_of_all_proportions_have_good_cells() {
     for depth in [0.05, 0.3, 0.6, 0.9] {
         for quarter in [1, 2, 7, 16] {
+            // A core that fills most of the disc is nearly round: its corners open up.
+            let limits = if depth < 0.2 { (20.0, 162.0) } else { (44.0, 141.0) };
             let depth = uniform(0.0, depth, 4);
             let mesh =
                 mesh(&Shape::Disc { center: [0.0; 2], radius: 1.0, quarter, depth }, ElementKind::Quad4);

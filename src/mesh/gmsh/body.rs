@@ -1,0 +1,221 @@
+//! From what a Gmsh file says to the mesh of one body.
+use super::{Element, Kind, Raw};
+use crate::element::ElementKind;
+use crate::error::{Error, Result};
+use crate::mesh::{Cell, Facet, Mesh};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+/// Sides of the chosen cells by their end nodes (mesh numbers, smaller first).
+type Sides = HashMap<(u32, u32), Vec<Facet>>;
+
+/// The mesh of the body named `group`, or of all cells.
+pub fn select(file: &str, raw: &Raw, group: Option<&str>, scale: f64) -> Result<Mesh> {
+    let mut body =
+        Body { file, raw, scale, mesh: Mesh { dim: 2, ..Mesh::default() }, number: HashMap::new() };
+    body.cells(group)?;
+    body.flat()?;
+    body.surfaces()?;
+    Ok(body.mesh)
+}
+
+struct Body<'a> {
+    file: &'a str,
+    raw: &'a Raw,
+    scale: f64,
+    mesh: Mesh,
+    /// Mesh node of a file's node.
+    number: HashMap<u64, u32>,
+}
+
+impl Body<'_> {
+    fn error(&self, message: impl std::fmt::Display) -> Error {
+        Error::input(format!("{}: {message}", self.file))
+    }
+
+    fn cells(&mut self, group: Option<&str>) -> Result<()> {
+        let raw = self.raw;
+        let all: Vec<&Element> = raw.elements.iter().filter(|e| e.kind.dim() == 2).collect();
+        if all.is_empty() {
+            return Err(self.error(
+                "no triangles or quadrilaterals; if physical groups are defined, Gmsh saves only what is \
+                 in one",
+            ));
+        }
+        let in_group = |e: &&&Element| match group {
+            Some(name) => e.groups.iter().any(|&tag| raw.name(2, tag) == name),
+            None => true,
+        };
+        let chosen: Vec<&Element> = all.iter().filter(in_group).copied().collect();
+        if let (Some(name), true) = (group, chosen.is_empty()) {
+            return Err(self.unknown_group(name, &all));
+        }
+        let mut seen: HashMap<Vec<u64>, &Element> = HashMap::new();
+        for element in chosen {
+            let mut key = element.nodes.clone();
+            key.sort_unstable();
+            if let Some(other) = seen.insert(key, element) {
+                // Format 2.2 repeats an element for each of its groups.
+                if element.groups != other.groups {
+                    continue;
+                }
+                let tags = (other.tag, element.tag);
+                return Err(self.error(format!("elements {} and {} have the same nodes", tags.0, tags.1)));
+            }
+            let cell = self.cell(element)?;
+            self.mesh.cells.push(cell);
+        }
+        Ok(())
+    }
+
+    fn unknown_group(&self, name: &str, cells: &[&Element]) -> Error {
+        let names: BTreeSet<String> =
+            cells.iter().flat_map(|e| e.groups.iter().map(|&tag| self.raw.name(2, tag))).collect();
+        if names.is_empty() {
+            return self.error(format!("no body {name:?}: the file has no physical group of dimension 2"));
+        }
+        let near = names.iter().find(|n| strsim::jaro_winkler(n, name) > 0.8);
+        let hint = near.map_or(String::new(), |n| format!("; did you mean {n:?}?"));
+        let list: Vec<String> = names.iter().map(|n| format!("{n:?}")).collect();
+        self.error(format!(
+            "no physical group of dimension 2 is named {name:?}; there are {}{hint}",
+            list.join(", ")
+        ))
+    }
+
+    /// A cell, counter-clockwise.
+    fn cell(&mut self, element: &Element) -> Result<Cell> {
+        let (kind, reversed): (ElementKind, &[usize]) = match element.kind {
+            Kind::Tri3 => (ElementKind::Tri3, &[0, 2, 1]),
+            Kind::Tri6 => (ElementKind::Tri6, &[0, 2, 1, 5, 4, 3]),
+            Kind::Quad4 => (ElementKind::Quad4, &[0, 3, 2, 1]),
+            Kind::Quad8 => (ElementKind::Quad8, &[0, 3, 2, 1, 7, 6, 5, 4]),
+            Kind::Point | Kind::Line2 | Kind::Line3 => {
+                return Err(Error::internal("a line taken for a cell"));
+            }
+        };
+        let nodes = element.nodes.iter().map(|&n| self.node(element, n)).collect::<Result<Vec<u32>>>()?;
+        let n = kind.n_corners();
+        let points: Vec<[f64; 3]> = nodes.iter().map(|&i| self.mesh.points[i as usize]).collect();
+        let place = format!("near ({}, {})", points[0][0], points[0][1]);
+        if nodes.iter().collect::<HashSet<_>>().len() < nodes.len() {
+            return Err(self.error(format!("element {} {place} has a node twice", element.tag)));
+        }
+        // Twice the area of the triangle at each corner: all of one sign in a convex cell.
+        let size = (1..n).map(|i| distance(&points[0], &points[i])).fold(0.0, f64::max);
+        let turns: Vec<f64> = (0..n)
+            .map(|i| {
+                let (a, b, c) = (points[(i + n - 1) % n], points[i], points[(i + 1) % n]);
+                (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+            })
+            .collect();
+        let tiny = 1e-12 * size * size;
+        if turns.iter().all(|&t| t > tiny) {
+            return Ok(Cell::new(kind, &nodes));
+        }
+        if turns.iter().all(|&t| t < -tiny) {
+            return Ok(Cell::new(kind, &reversed.iter().map(|&i| nodes[i]).collect::<Vec<_>>()));
+        }
+        let what = if turns.iter().all(|&t| t.abs() <= tiny) {
+            "has no area"
+        } else {
+            "is tangled: it has a corner of 180 degrees or more"
+        };
+        Err(self.error(format!(
+            "element {} {place} {what}; mesh again, finer or with another algorithm",
+            element.tag
+        )))
+    }
+
+    /// The mesh node of a file's node.
+    fn node(&mut self, element: &Element, tag: u64) -> Result<u32> {
+        if let Some(&number) = self.number.get(&tag) {
+            return Ok(number);
+        }
+        let Some(point) = self.raw.nodes.get(&tag) else {
+            return Err(
+                self.error(format!("element {} refers to node {tag}, which is not in $Nodes", element.tag))
+            );
+        };
+        let number = u32::try_from(self.mesh.points.len()).map_err(|_| self.error("more than 2^32 nodes"))?;
+        let point = point.map(|x| x * self.scale);
+        if point.iter().any(|x| x.abs() > 1e150) {
+            return Err(self.error(format!("node {tag}: coordinates {point:?} are too large")));
+        }
+        self.mesh.points.push(point);
+        self.number.insert(tag, number);
+        Ok(number)
+    }
+
+    /// Refuses a mesh that leaves the plane z = 0.
+    fn flat(&mut self) -> Result<()> {
+        let size = self.mesh.points.iter().fold(0.0, |s: f64, p| s.max(p[0].abs()).max(p[1].abs()));
+        if let Some(p) = self.mesh.points.iter().find(|p| p[2].abs() > 1e-9 * size) {
+            return Err(self.error(format!(
+                "the mesh must lie in the plane z = 0, but there is a node at ({}, {}, {})",
+                p[0], p[1], p[2]
+            )));
+        }
+        self.mesh.points.iter_mut().for_each(|p| p[2] = 0.0);
+        Ok(())
+    }
+
+    /// Surfaces: the lines of physical groups that are sides of the body's cells.
+    fn surfaces(&mut self) -> Result<()> {
+        let mut sides = Sides::new();
+        for (ends, facet) in self.mesh.sides() {
+            sides.entry(ends).or_default().push(facet);
+        }
+        if let Some(list) = sides.values().find(|list| list.len() > 2) {
+            return Err(self.shared_side(list[0]));
+        }
+        let mut surfaces: BTreeMap<String, BTreeSet<(u32, u8)>> = BTreeMap::new();
+        for line in self.raw.elements.iter().filter(|e| e.kind.dim() == 1) {
+            for &tag in &line.groups {
+                let name = self.raw.name(1, tag);
+                if let Some(facet) = self.facet(&sides, line, &name)? {
+                    surfaces.entry(name).or_default().insert((facet.cell, facet.side));
+                }
+            }
+        }
+        self.mesh.surfaces = surfaces
+            .into_iter()
+            .map(|(name, set)| (name, set.into_iter().map(|(cell, side)| Facet { cell, side }).collect()))
+            .collect();
+        Ok(())
+    }
+
+    fn shared_side(&self, facet: Facet) -> Error {
+        let p = self.mesh.points[self.mesh.cells[facet.cell as usize].nodes()[facet.side as usize] as usize];
+        self.error(format!(
+            "more than two cells share a side at ({}, {}); are bodies meshed on top of each other?",
+            p[0], p[1]
+        ))
+    }
+
+    /// The side of the body that a line is; `None` if it belongs to another body.
+    fn facet(&self, sides: &Sides, line: &Element, surface: &str) -> Result<Option<Facet>> {
+        let ends = [line.nodes[0], line.nodes[1]].map(|tag| self.number.get(&tag).copied());
+        let [Some(a), Some(b)] = ends else { return Ok(None) };
+        let Some(found) = sides.get(&(a.min(b), a.max(b))) else { return Ok(None) };
+        let p = self.mesh.points[a as usize];
+        let place = format!("surface {surface:?}: line {} at ({}, {})", line.tag, p[0], p[1]);
+        if found.len() == 2 {
+            return Err(
+                self.error(format!("{place} lies inside the body; a surface must be on its boundary"))
+            );
+        }
+        let middle = self.mesh.facet_nodes(found[0]).nth(2);
+        let own = line.nodes.get(2).map(|tag| self.number.get(tag).copied());
+        if own.is_some_and(|own| own != middle) || (own.is_none() && middle.is_some()) {
+            return Err(self.error(format!(
+                "{place} does not have the nodes of the cell's side; mesh lines and surfaces with the \
+                 same order"
+            )));
+        }
+        Ok(Some(found[0]))
+    }
+}
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (b[0] - a[0]).hypot(b[1] - a[1])
+}
