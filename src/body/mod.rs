@@ -98,8 +98,10 @@ impl Body {
         let parts = group.size() as usize;
         // Everything up to the assembly is the same on every rank of the group, errors included.
         let elements = Elements::new(mesh, case)?;
-        let owners = partition(mesh, parts)
+        let mut owners = partition(mesh, parts)
             .map_err(|e| case.origin.error(format!("cannot be spread over {parts} ranks: {e}")))?;
+        // METIS draws from the C library's random numbers: only one rank's answer may count.
+        group.process_at_rank(0).broadcast_into(&mut owners[..]);
         let numbering = Numbering::new(mesh, &owners, parts);
         let part = MeshPart::with_numbering(mesh, &owners, group.rank() as u32, &numbering);
         let temperature = case.temperature.as_ref().map(|t| temperatures(t, &part.points)).transpose()?;

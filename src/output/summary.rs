@@ -308,7 +308,13 @@ mod tests {
     use serde_json::{Value, json};
 
     fn summary() -> Summary {
-        let body = BodySummary { name: "upper".into(), dofs: 8, ranks: 1, factorisations: 2 };
+        let body = BodySummary {
+            name: "upper".into(),
+            dofs: 8,
+            ranks: 1,
+            factorisations: 2,
+            interface_factorisations: 3,
+        };
         let pair = PairSummary {
             name: "p".into(),
             normal_force: 1.0,
@@ -317,6 +323,7 @@ mod tests {
             contact_length: 3.0,
             max_penetration: 0.0,
             force_imbalance: 1e-12,
+            complementarity: 0.0,
             active: 4,
             candidates: 6,
         };
@@ -342,6 +349,15 @@ mod tests {
             bodies: vec![body],
             pairs: vec![pair],
             probes: vec![probe],
+            checks: Checks {
+                residual: 1e-12,
+                equilibrium: 0.0,
+                virtual_work: f64::NAN,
+                tension: 0.0,
+                complementarity: 0.0,
+                action_reaction: 0.0,
+                penetration: 0.0,
+            },
             seconds: Seconds::default(),
             peak_memory_mb: 12.5,
             warnings: vec![],
@@ -355,11 +371,14 @@ mod tests {
     #[test]
     fn keys_are_those_promised() {
         let json: Value = serde_json::from_str(&summary().to_json().unwrap()).unwrap();
-        let top = "alternations bodies case converged kontakt pairs peak_memory_mb probes ranks reason residual schema \
+        let top = "alternations bodies case checks converged kontakt pairs peak_memory_mb probes ranks reason residual schema \
                    seconds tolerance variant warnings";
         assert_eq!(keys(&json).join(" "), top);
-        assert_eq!(keys(&json["bodies"][0]).join(" "), "dofs factorisations name ranks");
-        let pair = "active candidates contact_length force_imbalance max_penetration max_pressure name normal_force \
+        assert_eq!(
+            keys(&json["bodies"][0]).join(" "),
+            "dofs factorisations interface_factorisations name ranks"
+        );
+        let pair = "active candidates complementarity contact_length force_imbalance max_penetration max_pressure name normal_force \
                     resultant";
         assert_eq!(keys(&json["pairs"][0]).join(" "), pair);
         assert_eq!(keys(&json["probes"][0]).join(" "), "body displacement name stress temperature x");
