@@ -72,6 +72,8 @@ pub struct Measures {
     pub force_imbalance: f64,
     /// Nodes that touch.
     pub active: usize,
+    /// Nodes that touch and have no single node for a conjugate point.
+    pub unmatched: usize,
     /// Nodes that entered or left.
     pub flips: usize,
 }
@@ -169,7 +171,7 @@ impl<'a, B: Respond> Alternation<'a, B> {
         let (force_imbalance, left) = self.correct_forces(&reactions);
         self.solve_force_step()?;
         self.started = true;
-        let mut sums = [0.0; 3];
+        let mut sums = [0.0; 4];
         for (i, side) in self.sides.iter().enumerate() {
             let state = &self.states[i];
             for (k, now) in self.normal_displacements(i).into_iter().enumerate() {
@@ -178,6 +180,7 @@ impl<'a, B: Respond> Alternation<'a, B> {
                     sums[0] += state.gap[k].powi(2);
                     sums[1] += (now - free).powi(2);
                     sums[2] += (now - before[i][k]).powi(2);
+                    sums[3] += f64::from(u8::from(side.nodes[k].conjugate.terms.len() > 1));
                 }
             }
         }
@@ -185,7 +188,8 @@ impl<'a, B: Respond> Alternation<'a, B> {
         let entered = self.enter();
         let (active, flips) = self.count_active_and(left + entered);
         let [jump, response, change] = [sums[0].sqrt(), sums[1].sqrt(), sums[2].sqrt()];
-        Ok(Measures { jump, response, change, force_imbalance, active, flips })
+        let unmatched = sums[3] as usize;
+        Ok(Measures { jump, response, change, force_imbalance, active, unmatched, flips })
     }
 
     /// Displacement step: the corrected displacements (21, 29) are prescribed at the active nodes of all bodies;
@@ -271,12 +275,10 @@ impl<'a, B: Respond> Alternation<'a, B> {
         let mut left = 0;
         for state in &mut self.states {
             for (active, force) in std::iter::zip(&mut state.active, &mut state.force) {
-                if *active && *force < -threshold {
+                // Not compressive leaves (26). Reactions of opposite sign give a ratio weight exactly zero.
+                if *active && *force <= threshold {
                     (*active, *force) = (false, 0.0);
                     left += 1;
-                } else {
-                    // Tension below the threshold is round-off.
-                    *force = force.max(0.0);
                 }
             }
         }
@@ -334,7 +336,7 @@ impl<'a, B: Respond> Alternation<'a, B> {
         match (m.flips, m.active) {
             (0, 0) => Some(Reason::Open),
             (0, _) if agreed => Some(Reason::Converged),
-            (0, _) if m.change <= 0.1 * small => Some(Reason::Unbalanced),
+            (0, _) if m.unmatched > 0 && m.change <= 0.1 * small => Some(Reason::Unbalanced),
             (_, 0) => None,
             // The set emptied and the free bodies penetrate again: the start returns, and so would everything after it.
             (flips, active) if flips >= active && m.jump == 0.0 && self.all_forces_vanish() => {
