@@ -184,9 +184,9 @@ mod tests {
         let (rows, u) = ([row(0.3, 0.0), row(1.2, 0.0)], [2e-3, -1e-3, 0.0]);
         let rows = rows.map(|r| Row { value: dot(&r.direction, &u), ..r });
         let c = node_constraint(&rows, 2);
-        for i in 0..2 {
+        for (i, u) in u.iter().enumerate().take(2) {
             let back: f64 = (0..2).map(|k| c.direction(k)[i] * c.prescribed[k].unwrap()).sum();
-            assert!((back - u[i]).abs() < 1e-15);
+            assert!((back - u).abs() < 1e-15);
         }
     }
 

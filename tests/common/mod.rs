@@ -39,7 +39,7 @@ pub fn summary(out: &Path) -> Value {
 
 /// A value by path: `pairs.interface.max_pressure`, `probes.A.displacement.1`; list items by name or index.
 pub fn value(summary: &Value, path: &str) -> f64 {
-    let found = path.split('.').fold(Some(summary), |at, key| match at? {
+    let found = path.split('.').try_fold(summary, |at, key| match at {
         Value::Array(items) => match key.parse::<usize>() {
             Ok(i) => items.get(i),
             Err(_) => items.iter().find(|item| item["name"] == key),
