@@ -120,6 +120,12 @@ impl Plan {
         all.chunks_exact(2).map(|c| [c[0] as usize, c[1] as usize]).collect()
     }
 
+    /// Mesh nodes of all contact surfaces of a body of this group, surface by surface.
+    fn observed(&self, body: usize) -> Vec<u32> {
+        let own = std::iter::zip(&self.surfaces, &self.ends).filter(|(_, end)| end.2 == body);
+        own.flat_map(|(surface, _)| surface.nodes.iter().copied()).collect()
+    }
+
     /// The exchange between this rank's surfaces and their partners'.
     pub fn exchange(&self, case: &Case) -> Exchange<'_> {
         Exchange { comm: self.groups.roots.as_ref(), partners: self.partners(case) }
@@ -181,25 +187,35 @@ impl Interface {
         let contacts = if groups.is_root() { pair_up(case, &plan, &exchange).map(Some) } else { Ok(None) };
         let contacts = agree(world, contacts)?;
         let pairing_seconds = start.elapsed().as_secs_f64();
-        let (mut bodies, mut compliances) = (Vec::new(), Vec::new());
+        let observed: Vec<Vec<u32>> = groups.bodies().iter().map(|&b| plan.observed(b)).collect();
+        let (mut bodies, mut free) = (Vec::new(), Vec::new());
         let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
             if let Some(options) = &case.bodies[b].solver {
                 petsc::set_options(&prefixed(options, &case.bodies[b].name))?;
             }
             let mut body = Body::new(&case.bodies[b], case.analysis, &plan.meshes[i], &groups.group)?;
-            let condensing = Instant::now();
-            let observed: Vec<u32> = std::iter::zip(&plan.surfaces, &plan.ends)
-                .filter(|(_, end)| end.2 == b)
-                .flat_map(|(surface, _)| surface.nodes.clone())
-                .collect();
-            let rows = contacts.as_ref().map_or_else(Vec::new, |c| contact_rows(c, i));
-            let compliance = Compliance::new(&mut body, &groups.group, &observed, rows)?;
-            body.cost.factor += condensing.elapsed().as_secs_f64();
-            compliances.extend(compliance);
+            let solving = Instant::now();
+            free.push(Compliance::free_displacements(&mut body, &groups.group, &observed[i])?);
+            body.cost.factor += solving.elapsed().as_secs_f64();
             bodies.push(body);
             Ok(())
         });
         agree(world, built)?;
+        let mut contacts = contacts;
+        if let Some(contacts) = &mut contacts {
+            contacts.narrow(case, &free, &exchange);
+        }
+        let mut compliances = Vec::new();
+        let condensed = bodies.iter_mut().enumerate().try_for_each(|(i, body)| {
+            let solving = Instant::now();
+            let rows = contacts.as_ref().map_or_else(Vec::new, |c| contact_rows(c, i));
+            let free = std::mem::take(&mut free[i]);
+            compliances.extend(Compliance::new(body, &groups.group, &observed[i], free, rows)?);
+            body.cost.factor += solving.elapsed().as_secs_f64();
+            Ok(())
+        });
+        agree(world, condensed)?;
+        drop(exchange);
         Ok(Interface { plan, bodies, compliances, contacts, pairing_seconds })
     }
 
@@ -208,6 +224,46 @@ impl Interface {
         self.contacts.as_ref().map_or(&[], |c| &c.sides)
     }
 }
+
+impl Contacts {
+    /// Keeps as candidates the nodes that contact can reach: those whose gap without contact forces is no more than
+    /// [`REACH`] times the largest closing of any node. The others are checked at the end. A search distance in the
+    /// case is taken at its word. Collective on the roots.
+    fn narrow(&mut self, case: &Case, free: &[Vec<[f64; 3]>], exchange: &Exchange) {
+        let own: Vec<&[[f64; 3]]> = self.sides.iter().map(|s| &free[s.body][s.observed.clone()]).collect();
+        let out: Vec<Vec<f64>> = own.iter().map(|u| u.as_flattened().to_vec()).collect();
+        let others = exchange.swap(&out);
+        let approach = |i: usize, node: &ContactNode| {
+            let other = Side::vector_at_conjugate(node, others[i].as_chunks().0);
+            dot(&node.conjugate.normal, &crate::contact::vector::sub(&own[i][node.node], &other))
+        };
+        let closing = self.sides.iter().enumerate().flat_map(|(i, s)| s.nodes.iter().map(move |n| (i, n)));
+        let closing = closing.map(|(i, node)| approach(i, node)).fold(0.0, f64::max);
+        let closing = exchange.max(&[closing])[0];
+        let mut kept: Vec<Vec<ContactNode>> = Vec::new();
+        for (i, side) in self.sides.iter().enumerate() {
+            let chosen = case.contacts[side.pair].search_distance.is_some();
+            let (near, far): (Vec<_>, Vec<_>) = side
+                .nodes
+                .iter()
+                .cloned()
+                .partition(|node| chosen || node.conjugate.gap - approach(i, node) <= REACH * closing);
+            kept.push(near);
+            self.beyond[i].extend(far);
+        }
+        let mut rows = vec![0; free.len()];
+        for (side, nodes) in std::iter::zip(&mut self.sides, kept) {
+            side.nodes = nodes;
+            for node in &mut side.nodes {
+                node.row = rows[side.body];
+                rows[side.body] += 1;
+            }
+        }
+    }
+}
+
+/// Gap, in largest closings, up to which contact forces may be expected to close it.
+const REACH: f64 = 2.0;
 
 /// Runs a case and writes its results. Returns the summary (complete on world rank 0). Collective.
 pub fn run(

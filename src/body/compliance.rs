@@ -43,12 +43,25 @@ pub struct Compliance {
 }
 
 impl Compliance {
-    /// Solves the body for its free displacements and for every row. `observed`: nodes by mesh number, the same on
-    /// all ranks; `rows` need be given on the first rank only. `None` on the other ranks. Collective.
+    /// Displacements of the observed nodes without contact forces, m, on the group's first rank; empty elsewhere.
+    /// `observed`: nodes by mesh number, the same on all ranks. Collective.
+    pub fn free_displacements(
+        body: &mut Body,
+        group: &SimpleCommunicator,
+        observed: &[u32],
+    ) -> Result<Vec<[f64; 3]>> {
+        let dim = body.dim();
+        let u = body.solve(group, &vec![0.0; body.part.n_owned * dim])?;
+        Ok(Observed::new(body, group, observed).read(group, &u, dim))
+    }
+
+    /// Solves the body for every row. `free`: [`Compliance::free_displacements`]; it and `rows` need be given on the
+    /// first rank only. `None` on the other ranks. Collective.
     pub fn new(
         body: &mut Body,
         group: &SimpleCommunicator,
         observed: &[u32],
+        free: Vec<[f64; 3]>,
         rows: Vec<ContactRow>,
     ) -> Result<Option<Compliance>> {
         let dim = body.dim();
@@ -60,8 +73,6 @@ impl Compliance {
             .map(|r| ContactRow { observed: r[0] as usize, normal: [r[1], r[2], r[3]] })
             .collect();
         let probe = Observed::new(body, group, observed);
-        let u = body.solve(group, &vec![0.0; body.part.n_owned * dim])?;
-        let free = probe.read(group, &u, dim);
         let mut response = Vec::with_capacity(rows.len());
         for batch in rows.chunks(BATCH) {
             let columns = body.solve_units(group, batch, observed)?;
