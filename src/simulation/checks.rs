@@ -1,0 +1,53 @@
+//! Invariants every run must satisfy, measured on the run itself.
+use crate::{
+    body::Balance,
+    output::{self, PairTables},
+    parallel,
+};
+use mpi::topology::SimpleCommunicator;
+
+/// Sum of a balance over the group.
+pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
+    let parts = [&b.residual2[..], &b.resultant, &[b.moment], &b.scale, &b.work, &b.reaction].concat();
+    let s = parallel::sum(group, &parts);
+    Balance {
+        residual2: [s[0], s[1]],
+        resultant: [s[2], s[3], s[4]],
+        moment: s[5],
+        scale: [s[6], s[7]],
+        work: [s[8], s[9], s[10]],
+        reaction: [s[11], s[12], s[13]],
+    }
+}
+
+/// The invariants of the run, each relative to its own scale. Collective.
+pub(super) fn checks(
+    balances: &[Balance],
+    pairs: &[output::PairSummary],
+    tables: &[PairTables],
+    world: &SimpleCommunicator,
+) -> output::Checks {
+    let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
+    let mut worst = [0.0_f64; 4];
+    for b in balances {
+        worst[0] = worst[0].max(ratio(b.residual2[0].sqrt(), b.residual2[1].sqrt()));
+        let resultant = b.resultant.iter().map(|c| c * c).sum::<f64>().sqrt();
+        worst[1] = worst[1].max(ratio(resultant, b.scale[0])).max(ratio(b.moment.abs(), b.scale[1]));
+        worst[2] = worst[2].max(ratio((b.work[0] - b.work[1]).abs(), b.work[2].max(b.work[0].abs())));
+    }
+    for side in tables.iter().flat_map(|t| t.sides.iter().flatten()) {
+        let largest = side.pressure.iter().copied().fold(0.0, f64::max);
+        let lowest = side.pressure.iter().copied().fold(0.0, f64::min);
+        worst[3] = worst[3].max(ratio(-lowest, largest));
+    }
+    let worst = parallel::max(world, &worst);
+    output::Checks {
+        residual: worst[0],
+        equilibrium: worst[1],
+        virtual_work: worst[2],
+        tension: worst[3],
+        complementarity: pairs.iter().map(|p| p.complementarity).fold(0.0, f64::max),
+        action_reaction: pairs.iter().map(|p| p.force_imbalance).fold(0.0, f64::max),
+        penetration: pairs.iter().map(|p| p.max_penetration).fold(0.0, f64::max),
+    }
+}

@@ -1,0 +1,230 @@
+//! The bodies as the alternation sees them: contact nodes, conjugate points, compliances.
+use super::Plan;
+use crate::{
+    body::{Body, Compliance, ContactRow},
+    case::{Case, ContactCase},
+    contact::{Pairing, Surface, vector::dot},
+    error::Result,
+    material::LinearElastic,
+    parallel::{Exchange, agree},
+    petsc,
+    schwarz::{ContactNode, Side, weights::Both},
+};
+use mpi::topology::SimpleCommunicator;
+use std::time::Instant;
+
+/// Default search distance as a share of the smaller surface's extent.
+const SEARCH: f64 = 0.1;
+
+/// A contact node whose free directions carry less than this share of the normal is held by its support.
+const HELD: f64 = 0.1;
+
+/// Pairs and sides as the first rank of a group holds them.
+pub(super) struct Contacts {
+    pub(super) sides: Vec<Side>,
+    /// Per side: nodes that have a conjugate point but are no candidates: they must not come to penetrate.
+    pub(super) beyond: Vec<Vec<ContactNode>>,
+}
+
+/// The bodies as the alternation needs them: assembled, factorised, their contact nodes paired.
+pub struct Interface {
+    /// Meshes, rank groups, contact surfaces.
+    pub plan: Plan,
+    /// This group's bodies.
+    pub bodies: Vec<Body>,
+    /// Their compliances, on the group's first rank.
+    pub compliances: Vec<Compliance>,
+    /// Sides of pairs, on the group's first rank.
+    pub(super) contacts: Option<Contacts>,
+    /// Wall seconds up to the paired surfaces.
+    pub(super) pairing_seconds: f64,
+}
+
+impl Interface {
+    /// Builds it. Collective.
+    pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<Interface> {
+        let start = Instant::now();
+        let plan = Plan::new(case, world)?;
+        let groups = &plan.groups;
+        // Both groups of a pair hold both surfaces.
+        let exchange = plan.exchange(case);
+        let contacts = if groups.is_root() { pair_up(case, &plan, &exchange).map(Some) } else { Ok(None) };
+        let contacts = agree(world, contacts)?;
+        let pairing_seconds = start.elapsed().as_secs_f64();
+        let observed: Vec<Vec<u32>> = groups.bodies().iter().map(|&b| plan.observed(b)).collect();
+        let (mut bodies, mut free) = (Vec::new(), Vec::new());
+        let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
+            if let Some(options) = &case.bodies[b].solver {
+                petsc::set_options(&prefixed(options, &case.bodies[b].name))?;
+            }
+            let mut body = Body::new(&case.bodies[b], case.analysis, &plan.meshes[i], &groups.group)?;
+            let solving = Instant::now();
+            free.push(Compliance::free_displacements(&mut body, &groups.group, &observed[i])?);
+            body.cost.factor += solving.elapsed().as_secs_f64();
+            bodies.push(body);
+            Ok(())
+        });
+        agree(world, built)?;
+        let mut contacts = contacts;
+        if let Some(contacts) = &mut contacts {
+            contacts.narrow(case, &free, &exchange);
+        }
+        let mut compliances = Vec::new();
+        let condensed = bodies.iter_mut().enumerate().try_for_each(|(i, body)| {
+            let solving = Instant::now();
+            let rows = contacts.as_ref().map_or_else(Vec::new, |c| contact_rows(c, i));
+            let free = std::mem::take(&mut free[i]);
+            compliances.extend(Compliance::new(body, &groups.group, &observed[i], free, rows)?);
+            body.cost.factor += solving.elapsed().as_secs_f64();
+            Ok(())
+        });
+        agree(world, condensed)?;
+        drop(exchange);
+        Ok(Interface { plan, bodies, compliances, contacts, pairing_seconds })
+    }
+
+    /// This rank's sides of pairs; none but on the first rank of a group.
+    pub fn sides(&self) -> &[Side] {
+        self.contacts.as_ref().map_or(&[], |c| &c.sides)
+    }
+}
+
+impl Contacts {
+    /// Keeps as candidates the nodes that contact can reach: those whose gap without contact forces is no more than
+    /// [`REACH`] times the largest closing of any node. The others are checked at the end. A search distance in the
+    /// case is taken at its word. Collective on the roots.
+    fn narrow(&mut self, case: &Case, free: &[Vec<[f64; 3]>], exchange: &Exchange) {
+        let own: Vec<&[[f64; 3]]> = self.sides.iter().map(|s| &free[s.body][s.observed.clone()]).collect();
+        let out: Vec<Vec<f64>> = own.iter().map(|u| u.as_flattened().to_vec()).collect();
+        let others = exchange.swap(&out);
+        let approach = |i: usize, node: &ContactNode| {
+            let other = Side::vector_at_conjugate(node, others[i].as_chunks().0);
+            dot(&node.conjugate.normal, &crate::contact::vector::sub(&own[i][node.node], &other))
+        };
+        let closing = self.sides.iter().enumerate().flat_map(|(i, s)| s.nodes.iter().map(move |n| (i, n)));
+        let closing = closing.map(|(i, node)| approach(i, node)).fold(0.0, f64::max);
+        let closing = exchange.max(&[closing])[0];
+        let mut kept: Vec<Vec<ContactNode>> = Vec::new();
+        for (i, side) in self.sides.iter().enumerate() {
+            let chosen = case.contacts[side.pair].search_distance.is_some();
+            let (near, far): (Vec<_>, Vec<_>) = side
+                .nodes
+                .iter()
+                .cloned()
+                .partition(|node| chosen || node.conjugate.gap - approach(i, node) <= REACH * closing);
+            kept.push(near);
+            self.beyond[i].extend(far);
+        }
+        let mut rows = vec![0; free.len()];
+        for (side, nodes) in std::iter::zip(&mut self.sides, kept) {
+            side.nodes = nodes;
+            for node in &mut side.nodes {
+                node.row = rows[side.body];
+                rows[side.body] += 1;
+            }
+        }
+    }
+}
+
+/// Gap, in largest closings, up to which contact forces may be expected to close it.
+const REACH: f64 = 2.0;
+
+/// Conjugate points and candidates of every pair this rank shares. Collective on the roots.
+fn pair_up(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
+    let packed: Vec<Vec<f64>> = plan.surfaces.iter().map(Surface::pack).collect();
+    let others: Vec<Surface> = exchange.swap(&packed).iter().map(|v| Surface::unpack(v)).collect();
+    let own_modulus = |b: usize| LinearElastic::new(&case.bodies[b].material, case.analysis).plane_modulus();
+    let mut contacts = Contacts { sides: Vec::new(), beyond: Vec::new() };
+    let mut pairings = Vec::new();
+    let mut held: Vec<Vec<f64>> = Vec::new();
+    for (i, &(pair, side, body)) in plan.ends.iter().enumerate() {
+        let contact = &case.contacts[pair];
+        let (own, other) = (&plan.surfaces[i], &others[i]);
+        let ordered = if side == 0 { [own, other] } else { [other, own] };
+        let mut pairing = Pairing::new(ordered, &contact.gap, contact.conjugate);
+        let conjugates = std::mem::take(&mut pairing.conjugates[side]);
+        let place = plan.groups.bodies().iter().position(|&b| b == body).unwrap_or(0);
+        let constraints = crate::body::Constraints::new(&case.bodies[body], &plan.meshes[place])?;
+        let is_held = |node: u32, normal: &[f64; 3]| {
+            constraints.0.get(&node).is_some_and(|support| {
+                let free = support.free_part(normal, plan.meshes[place].dim);
+                dot(&free, &free).sqrt() < HELD
+            })
+        };
+        held.push(
+            std::iter::zip(&own.nodes, &conjugates)
+                .map(|(&node, c)| f64::from(u8::from(c.as_ref().is_some_and(|c| is_held(node, &c.normal)))))
+                .collect(),
+        );
+        pairings.push(conjugates);
+    }
+    let others_held = exchange.swap(&held);
+    let mut rows = vec![0; plan.groups.bodies().len()];
+    let mut offsets = vec![0; plan.groups.bodies().len()];
+    for (i, (conjugates, &(pair, side, body))) in std::iter::zip(pairings, &plan.ends).enumerate() {
+        let place = plan.groups.bodies().iter().position(|&b| b == body).unwrap_or(0);
+        let n = plan.surfaces[i].nodes.len();
+        let reach = search_distance(&case.contacts[pair], &plan.surfaces[i], &others[i]);
+        let (mut nodes, mut beyond) = (Vec::new(), Vec::new());
+        for (node, conjugate) in conjugates.into_iter().enumerate() {
+            let Some(conjugate) = conjugate else { continue };
+            let share: f64 = conjugate.terms.iter().map(|&(j, w)| w * others_held[i][j as usize]).sum();
+            let follows = share > 0.5;
+            let candidate = held[i][node] == 0.0 && conjugate.gap.abs() <= reach;
+            let row = rows[place];
+            let contact_node = ContactNode { node, row, conjugate, follows };
+            if candidate {
+                rows[place] += 1;
+                nodes.push(contact_node);
+            } else if held[i][node] == 0.0 {
+                beyond.push(contact_node);
+            }
+        }
+        let other_body = case.contacts[pair].surfaces[1 - side].body;
+        contacts.sides.push(Side {
+            pair,
+            first: side == 0,
+            body: place,
+            observed: offsets[place]..offsets[place] + n,
+            nodes,
+            moduli: Both { own: own_modulus(body), other: own_modulus(other_body) },
+        });
+        contacts.beyond.push(beyond);
+        offsets[place] += n;
+    }
+    Ok(contacts)
+}
+
+fn search_distance(contact: &ContactCase, own: &Surface, other: &Surface) -> f64 {
+    match (contact.search_distance, &contact.gap) {
+        (Some(distance), _) => distance,
+        (None, crate::case::Gap::Value(_)) => f64::INFINITY,
+        (None, crate::case::Gap::Geometry { .. }) => SEARCH * own.extent().min(other.extent()),
+    }
+}
+
+/// Contact rows of one of this rank's bodies, in the order of their numbers.
+fn contact_rows(contacts: &Contacts, body: usize) -> Vec<ContactRow> {
+    let mut rows = Vec::new();
+    for side in contacts.sides.iter().filter(|s| s.body == body) {
+        rows.extend(side.nodes.iter().map(|node| ContactRow {
+            observed: side.observed.start + node.node,
+            normal: node.conjugate.normal,
+        }));
+    }
+    rows
+}
+
+/// A body's own PETSc options under its prefix: `-ksp_type cg` becomes `-body_<name>_ksp_type cg`.
+fn prefixed(options: &str, name: &str) -> String {
+    options
+        .split_whitespace()
+        .map(|word| match word.strip_prefix('-') {
+            Some(option) if option.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                format!("-{}{option}", crate::body::options_prefix(name))
+            }
+            _ => word.to_owned(),
+        })
+        .collect::<Vec<_>>()
+        .join(" ")
+}

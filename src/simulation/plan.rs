@@ -1,0 +1,145 @@
+//! Before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
+use crate::{
+    body::find_facets,
+    case::{Case, Geometry},
+    contact::Surface,
+    error::{Error, Result},
+    mesh::{self, Mesh},
+    parallel::{self, Exchange, Groups, Partner, agree},
+};
+use mpi::{topology::SimpleCommunicator, traits::*};
+
+/// What `kontakt check` reports, and what a run starts from: meshes checked, ranks dealt, bodies restrained.
+pub struct Plan {
+    /// Unknowns of each body.
+    pub dofs: Vec<usize>,
+    /// The communicators.
+    pub groups: Groups,
+    /// Meshes of this group's bodies.
+    pub(super) meshes: Vec<Mesh>,
+    /// Contact surfaces of this group's bodies, in the order of `ends`.
+    pub(super) surfaces: Vec<Surface>,
+    /// Per surface: pair, side (0: A), body index in the case.
+    pub(super) ends: Vec<(usize, usize, usize)>,
+}
+
+/// Builds a body's mesh.
+pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
+    let (mesh, origin) = match geometry {
+        Geometry::Gmsh { file, group, scale, origin } => {
+            (mesh::read_gmsh(file, group.as_deref(), *scale), origin)
+        }
+        Geometry::Generated { shape, element, rotate, translate, origin } => {
+            (mesh::generate(shape, *element, *rotate, *translate), origin)
+        }
+    };
+    let mesh = mesh.map_err(|e| origin.error(e))?;
+    mesh::check(&mesh).map_err(|e| origin.error(e))?;
+    Ok(mesh)
+}
+
+impl Plan {
+    /// Meshes the bodies, deals the ranks, finds the contact surfaces, and refuses what cannot be solved. Collective.
+    pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<Plan> {
+        let (rank, size) = (world.rank() as usize, world.size() as usize);
+        // Body b is meshed first by rank b mod P, only to know its size.
+        let mut counts = vec![0.0; case.bodies.len()];
+        let mut known: Vec<Option<Mesh>> = vec![None; case.bodies.len()];
+        let sized = (rank..case.bodies.len()).step_by(size).try_for_each(|b| {
+            let mesh = build_mesh(&case.bodies[b].geometry)?;
+            counts[b] = (mesh.points.len() * mesh.dim) as f64;
+            known[b] = Some(mesh);
+            Ok(())
+        });
+        agree(world, sized)?;
+        let dofs: Vec<usize> = parallel::sum(world, &counts).into_iter().map(|n| n as usize).collect();
+        let groups = Groups::new(world, &dofs);
+        let meshes = groups.bodies().iter().map(|&b| match known[b].take() {
+            Some(mesh) => Ok(mesh),
+            None => build_mesh(&case.bodies[b].geometry),
+        });
+        let meshes = agree(world, meshes.collect::<Result<Vec<Mesh>>>())?;
+        let mut plan = Plan { dofs, groups, meshes, surfaces: Vec::new(), ends: Vec::new() };
+        let found = plan.find_surfaces(case);
+        agree(world, found)?;
+        let restrained = plan.refuse_free_bodies(case);
+        agree(world, restrained)?;
+        Ok(plan)
+    }
+
+    fn find_surfaces(&mut self, case: &Case) -> Result<()> {
+        for (p, contact) in case.contacts.iter().enumerate() {
+            for (side, name) in contact.surfaces.iter().enumerate() {
+                let Some(i) = self.groups.bodies().iter().position(|&b| b == name.body) else { continue };
+                let body = &case.bodies[name.body].name;
+                let facets =
+                    find_facets(&self.meshes[i], body, &name.surface, name.within.as_ref(), &contact.origin)?;
+                self.surfaces.push(Surface::new(&self.meshes[i], &facets, case.analysis.thickness()));
+                self.ends.push((p, side, name.body));
+            }
+        }
+        Ok(())
+    }
+
+    fn refuse_free_bodies(&self, case: &Case) -> Result<()> {
+        for (&b, mesh) in std::iter::zip(self.groups.bodies(), &self.meshes) {
+            let body = &case.bodies[b];
+            let constraints = crate::body::Constraints::new(body, mesh)?;
+            let free = crate::body::free_motions(mesh, &constraints);
+            if !free.is_empty() {
+                let held = if case.contacts.iter().any(|c| c.surfaces.iter().any(|s| s.body == b)) {
+                    "is held by nothing but contact, which this version cannot solve"
+                } else {
+                    "is not held by its supports"
+                };
+                return Err(Error::Unrestrained(format!(
+                    "{}: body '{}' {held}: free motion: {}; add a [[body.support]] that prevents it",
+                    body.origin,
+                    body.name,
+                    free.join(", ")
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of nodes of each pair's surfaces, over all ranks: what may touch. Collective.
+    pub fn contact_nodes(&self, case: &Case) -> Vec<[usize; 2]> {
+        let mut counts = vec![0.0; 2 * case.contacts.len()];
+        if self.groups.is_root() {
+            for (surface, &(pair, side, _)) in std::iter::zip(&self.surfaces, &self.ends) {
+                counts[2 * pair + side] = surface.nodes.len() as f64;
+            }
+        }
+        let all = parallel::sum(&self.groups.world, &counts);
+        all.chunks_exact(2).map(|c| [c[0] as usize, c[1] as usize]).collect()
+    }
+
+    /// Mesh nodes of all contact surfaces of a body of this group, surface by surface.
+    pub(super) fn observed(&self, body: usize) -> Vec<u32> {
+        let own = std::iter::zip(&self.surfaces, &self.ends).filter(|(_, end)| end.2 == body);
+        own.flat_map(|(surface, _)| surface.nodes.iter().copied()).collect()
+    }
+
+    /// The exchange between this rank's surfaces and their partners'.
+    pub fn exchange(&self, case: &Case) -> Exchange<'_> {
+        Exchange { comm: self.groups.roots.as_ref(), partners: self.partners(case) }
+    }
+
+    /// Partners of this rank's surfaces.
+    fn partners(&self, case: &Case) -> Vec<Partner> {
+        self.ends
+            .iter()
+            .map(|&(pair, side, _)| {
+                let other = case.contacts[pair].surfaces[1 - side].body;
+                let group = self.groups.group_of(other);
+                if group == self.groups.own {
+                    let here = self.ends.iter().position(|e| (e.0, e.1) == (pair, 1 - side));
+                    Partner::Here(here.expect("both sides are on this rank"))
+                } else {
+                    Partner::Remote { rank: group as i32, pair }
+                }
+            })
+            .collect()
+    }
+}
