@@ -178,7 +178,7 @@ fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<
         if !summary.converged {
             println!("{}", summary.reason.advice());
         }
-        println!("results in {}", directory.display());
+        println!("results in {} (picture: {})", directory.display(), directory.join("bodies.png").display());
     }
     Ok(if summary.converged { 0 } else { 3 })
 }

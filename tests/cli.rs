@@ -124,3 +124,18 @@ at = [2, 1]
         assert!((common::value(&summary, "probes.end.stress.xx") / 1e8 - 1.0).abs() < 1e-10);
     }
 }
+
+/// An error that only one rank of a group sees ends all of them, with one message.
+#[test]
+fn an_error_on_one_rank_stops_all() {
+    for (key, text) in [
+        ("body.lower.temperature=\"393/(x - 0.04)\"", "temperature"),
+        ("body.upper.support.0.y=\"1/(x - 0.04)\"", "displacement"),
+    ] {
+        let out = tempfile::tempdir().unwrap();
+        let output = run(4, &case("heated-gap"), out.path(), &["--set", key]);
+        let log = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{log}");
+        assert!(log.contains(text) && log.matches("error:").count() == 1, "{log}");
+    }
+}

@@ -1,4 +1,4 @@
-//! Invariants that need several runs or a mirrored mesh: mirror symmetry (I10), frames (I12), units (I13), tiny gaps (H04).
+//! Invariants that need several runs or a mirrored mesh: reciprocity (I9), mirror symmetry (I10), frames (I12), units (I13), tiny gaps (H04).
 //!
 //! One process, one rank: a single test function, since MPI and PETSc start once.
 use kontakt::{
@@ -90,6 +90,12 @@ fn mirror(runner: &Runner) {
             let difference = (side.pressure[i] - side.pressure[j]).abs();
             assert!(difference <= 1e-10 * largest, "node {i}: {difference:e} of {largest:e}");
             assert_eq!(side.status[i], side.status[j], "node {i}");
+            // Hertz's profile p0 sqrt(1 - x^2 / a^2), away from the edge.
+            let (p0, a) = (1.212074e9, 5.252319e-4);
+            let x = side.x[i][0] / a;
+            if x.abs() < 0.8 {
+                close(side.pressure[i], p0 * (1.0 - x * x).sqrt(), 0.02, "Hertz profile");
+            }
         }
     }
 }
@@ -108,6 +114,65 @@ fn tiny_gaps(runner: &Runner) {
         close(summary.pairs[0].max_pressure, (1e-5 - gap) / compliance, 1e-11, &what);
         assert_eq!(summary.pairs[0].active, summary.pairs[0].candidates, "{what}");
     }
+}
+
+/// I9: fA.uB = fB.uA for two loads with the same contact set (Betti), zero gap, isothermal.
+fn reciprocity(runner: &Runner) {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let file = directory.path().join("case.toml");
+    let run = |pressure: &str| {
+        let probes: String = (0..6)
+            .map(|i| {
+                format!(
+                    "[[probe]]\nname = \"t{i}\"\nbody = \"upper\"\nat = [{}, 0.05]\n",
+                    0.008 * f64::from(i)
+                )
+            })
+            .collect();
+        let text = format!(
+            r#"
+analysis = "plane stress"
+[material.a]
+young = 2e11
+poisson = 0.3
+[[body]]
+name = "lower"
+material = "a"
+mesh.rectangle = {{ x = {{ from = 0, to = 0.04, cells = 5 }}, y = {{ from = 0, to = 0.02, cells = 3 }} }}
+support = [{{ surface = "bottom", y = 0, x = 0 }}]
+[[body]]
+name = "upper"
+material = "a"
+mesh.rectangle = {{ x = {{ from = 0, to = 0.04, cells = 5 }}, y = {{ from = 0.02, to = 0.05, cells = 4 }} }}
+support = [{{ surface = "left", x = 0, y = 0 }}]
+load = [{{ surface = "top", pressure = {pressure} }}]
+[[contact]]
+surfaces = ["upper.bottom", "lower.top"]
+[alternation]
+tolerance = 1e-13
+{probes}"#
+        );
+        std::fs::write(&file, text).expect("the case is written");
+        runner.run(&case::read(&file, None, &[]).expect("the case reads")).0
+    };
+    let (a, b) = (run("1e8"), run("\"1e8*(1 + x/0.04)\""));
+    assert_eq!(a.pairs[0].active, b.pairs[0].active);
+    assert_eq!(a.pairs[0].active, a.pairs[0].candidates);
+    // Consistent nodal forces of p0 + p1 x on linear edges of length h.
+    let h = 0.008;
+    let force = |p: &dyn Fn(f64) -> f64, i: usize| {
+        let (x, mut f) = (h * i as f64, 0.0);
+        for neighbour in [i.checked_sub(1), (i < 5).then_some(i + 1)].into_iter().flatten() {
+            f += h / 6.0 * (2.0 * p(x) + p(h * neighbour as f64));
+        }
+        -f
+    };
+    let work = |p: &dyn Fn(f64) -> f64, u: &Summary| -> f64 {
+        (0..6).map(|i| force(p, i) * u.probes[i].displacement[1]).sum()
+    };
+    let ab = work(&|_| 1e8, &b);
+    let ba = work(&|x| 1e8 * (1.0 + x / 0.04), &a);
+    close(ab, ba, 1e-11, "reciprocity");
 }
 
 /// H01 for bodies that the plain alternation can treat: prisms, every stiffness ratio, either body the stiffer.
@@ -136,6 +201,7 @@ fn invariance() {
     units(&runner);
     mirror(&runner);
     tiny_gaps(&runner);
+    reciprocity(&runner);
     stiffness_ratios(&runner);
     drop(session);
 }

@@ -6,6 +6,7 @@ use crate::{
     error::{Error, Result},
     material::LinearElastic,
     mesh::{Cell, Facet, Mesh, MeshPart},
+    parallel::agree,
     petsc::{Matrix, Vector},
 };
 use mpi::topology::SimpleCommunicator;
@@ -22,6 +23,16 @@ pub struct Parameters<'a> {
     pub temperature: Option<&'a [f64]>,
     pub constraints: &'a Constraints,
     pub thickness: f64,
+}
+
+/// What the cells of one rank contribute: triples of the matrix, the right-hand side at local nodes, and the largest
+/// diagonal entry.
+struct Contributions {
+    rows: Vec<i32>,
+    columns: Vec<i32>,
+    values: Vec<f64>,
+    rhs: Vec<f64>,
+    largest: f64,
 }
 
 /// Coordinates of a cell's nodes.
@@ -41,6 +52,35 @@ impl Parameters<'_> {
     /// The stiffness matrix with the supports eliminated (identity rows, symmetric), and the right-hand side in the
     /// nodes' frames at the owned nodes: external forces, initial strain, prescribed displacements. Collective.
     pub fn stiffness(&self, group: &SimpleCommunicator, external: &[f64]) -> Result<(Matrix, Vec<f64>)> {
+        let (part, dim) = (self.part, self.part.dim);
+        let Contributions { mut rows, mut columns, mut values, rhs, largest } =
+            agree(group, self.element_arrays())?;
+        // Identity rows, scaled like the rest of the diagonal, keep the supported unknowns in the system.
+        let scale = crate::parallel::max(group, &[largest])[0];
+        let owned = |node: u32| (node as usize) < part.n_owned;
+        let prescribed = self.constraints.0.iter().filter(|(node, _)| owned(**node));
+        let mut fixed = Vec::new();
+        for (&node, support) in prescribed {
+            for c in 0..dim {
+                if let Some(value) = support.prescribed[c] {
+                    let dof = (part.global[node as usize] as usize * dim + c) as i32;
+                    rows.push(dof);
+                    columns.push(dof);
+                    values.push(scale);
+                    fixed.push((node as usize * dim + c, scale * value));
+                }
+            }
+        }
+        let n_owned = part.n_owned * dim;
+        let load = self.sum_to_owners(group, &rhs)?;
+        let external = self.constraints.to_frames(external, dim);
+        let mut load: Vec<f64> = std::iter::zip(load, external).map(|(a, b)| a + b).collect();
+        fixed.into_iter().for_each(|(i, value)| load[i] = value);
+        Ok((Matrix::from_triples(group, n_owned, dim, (rows, columns), values)?, load))
+    }
+
+    /// Stiffness and right-hand side of this rank's cells, supports eliminated.
+    fn element_arrays(&self) -> Result<Contributions> {
         let (part, dim) = (self.part, self.part.dim);
         let own = &part.cells[..part.n_own_cells];
         let entries: usize = own.iter().map(|c| (c.kind.n_nodes() * dim).pow(2)).sum();
@@ -88,28 +128,7 @@ impl Parameters<'_> {
                 }
             }
         }
-        // Identity rows, scaled like the rest of the diagonal, keep the supported unknowns in the system.
-        let scale = crate::parallel::max(group, &[largest])[0];
-        let owned = |node: u32| (node as usize) < part.n_owned;
-        let prescribed = self.constraints.0.iter().filter(|(node, _)| owned(**node));
-        let mut fixed = Vec::new();
-        for (&node, support) in prescribed {
-            for c in 0..dim {
-                if let Some(value) = support.prescribed[c] {
-                    let dof = (part.global[node as usize] as usize * dim + c) as i32;
-                    rows.push(dof);
-                    columns.push(dof);
-                    values.push(scale);
-                    fixed.push((node as usize * dim + c, scale * value));
-                }
-            }
-        }
-        let n_owned = part.n_owned * dim;
-        let load = self.sum_to_owners(group, &rhs)?;
-        let external = self.constraints.to_frames(external, dim);
-        let mut load: Vec<f64> = std::iter::zip(load, external).map(|(a, b)| a + b).collect();
-        fixed.into_iter().for_each(|(i, value)| load[i] = value);
-        Ok((Matrix::from_triples(group, n_owned, dim, (rows, columns), values)?, load))
+        Ok(Contributions { rows, columns, values, rhs, largest })
     }
 
     /// External nodal forces at the owned nodes, N, in global axes. Collective.
@@ -119,6 +138,12 @@ impl Parameters<'_> {
         mesh: &Mesh,
         group: &SimpleCommunicator,
     ) -> Result<Vec<f64>> {
+        let local = agree(group, self.local_forces(case, mesh))?;
+        self.sum_to_owners(group, &local)
+    }
+
+    /// The same from this rank's cells alone, at its local nodes.
+    fn local_forces(&self, case: &BodyCase, mesh: &Mesh) -> Result<Vec<f64>> {
         let (part, dim) = (self.part, self.part.dim);
         let mut f = vec![0.0; part.n_local * dim];
         for load in &case.loads {
@@ -151,7 +176,7 @@ impl Parameters<'_> {
         if f.iter().any(|f| !f.is_finite()) {
             return Err(Error::input(format!("body '{}': a load is not finite at a node", case.name)));
         }
-        self.sum_to_owners(group, &f)
+        Ok(f)
     }
 
     fn add_body_force(&self, b: impl Fn(&[f64; 3]) -> [f64; 3], f: &mut [f64]) -> Result<()> {

@@ -21,6 +21,7 @@ use crate::{
     error::{Error, Result},
     material::LinearElastic,
     mesh::{Mesh, MeshPart, Numbering, partition},
+    parallel::agree,
     petsc::{Gather, Ksp, Matrix, Vector},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -96,7 +97,7 @@ impl Body {
     pub fn new(case: &BodyCase, analysis: Analysis, mesh: &Mesh, group: &SimpleCommunicator) -> Result<Body> {
         let start = Instant::now();
         let parts = group.size() as usize;
-        // Everything up to the assembly is the same on every rank of the group, errors included.
+        // The same on every rank of the group, errors included.
         let elements = Elements::new(mesh, case)?;
         let mut owners = partition(mesh, parts)
             .map_err(|e| case.origin.error(format!("cannot be spread over {parts} ranks: {e}")))?;
@@ -104,7 +105,9 @@ impl Body {
         group.process_at_rank(0).broadcast_into(&mut owners[..]);
         let numbering = Numbering::new(mesh, &owners, parts);
         let part = MeshPart::with_numbering(mesh, &owners, group.rank() as u32, &numbering);
-        let temperature = case.temperature.as_ref().map(|t| temperatures(t, &part.points)).transpose()?;
+        let temperature = case.temperature.as_ref().map(|t| temperatures(t, &part.points)).transpose();
+        // From here on ranks see different nodes: an error of one is agreed before the next collective call.
+        let temperature = agree(group, temperature)?;
         let constraints = Constraints::new(case, mesh)?.of_part(&part);
         let law = LinearElastic::new(&case.material, analysis);
         let set_up = start.elapsed().as_secs_f64();

@@ -54,6 +54,14 @@ impl Exchange<'_> {
         })
     }
 
+    /// Makes all group roots leave with the same result. Collective on them.
+    pub fn agree<T>(&self, result: crate::Result<T>) -> crate::Result<T> {
+        match self.comm {
+            Some(comm) => super::agree(comm, result),
+            None => result,
+        }
+    }
+
     /// Sum over the group roots, entry by entry. Collective on them.
     pub fn sum(&self, values: &[f64]) -> Vec<f64> {
         self.comm.map_or_else(|| values.to_vec(), |comm| super::sum(comm, values))

@@ -218,10 +218,9 @@ impl<'a, B: Respond> Alternation<'a, B> {
                 }
             }
         }
-        let mut forces = Vec::with_capacity(self.bodies.len());
-        for (body, rows) in std::iter::zip(self.bodies.iter_mut(), &prescribed) {
-            forces.push(body.displacement_step(rows)?);
-        }
+        let steps = std::iter::zip(self.bodies.iter_mut(), &prescribed);
+        let forces = steps.map(|(body, rows)| body.displacement_step(rows)).collect::<Result<Vec<_>>>();
+        let forces = self.exchange.agree(forces)?;
         Ok(self
             .sides
             .iter()
@@ -296,10 +295,9 @@ impl<'a, B: Respond> Alternation<'a, B> {
                 rows[node.row] = *force;
             }
         }
-        let mut displacements = Vec::with_capacity(self.bodies.len());
-        for (body, force) in std::iter::zip(self.bodies.iter_mut(), &forces) {
-            displacements.push(body.force_step(force)?);
-        }
+        let steps = std::iter::zip(self.bodies.iter_mut(), &forces);
+        let displacements = steps.map(|(body, force)| body.force_step(force)).collect::<Result<Vec<_>>>();
+        let displacements = self.exchange.agree(displacements)?;
         let own = |side: &Side| &displacements[side.body][side.observed.clone()];
         let out: Vec<Vec<f64>> = self.sides.iter().map(|side| own(side).as_flattened().to_vec()).collect();
         let received = self.exchange.swap(&out);

@@ -35,6 +35,7 @@ pub fn run(
     let Interface { plan, mut bodies, mut compliances, contacts, pairing_seconds } =
         Interface::new(case, world)?;
     let groups = &plan.groups;
+    warn_of_unused_options(case, groups)?;
     let exchange = plan.exchange(case);
     let mut seconds = [0.0; 6];
     seconds[0] = pairing_seconds;
@@ -70,7 +71,7 @@ pub fn run(
         let contact = spread(body, &groups.group, &plan, groups.bodies()[i], compliance, force);
         let owned = body.solve(&groups.group, &contact)?;
         let u = body.with_ghosts(&groups.group, &owned)?;
-        let (fields, balance) = body.recover(&u, &contact)?;
+        let (fields, balance) = agree(&groups.group, body.recover(&u, &contact))?;
         append(&mut piece, body, &fields, groups.bodies()[i], heated);
         balances.push(total(&groups.group, &balance));
         recovered.push(fields);
@@ -244,6 +245,17 @@ fn body_summaries(
             interface_factorisations: counts[2 * b + 1] as u64,
         })
         .collect()
+}
+
+/// PETSc options with a body's prefix that its solver did not ask for are most likely misspelt.
+fn warn_of_unused_options(case: &Case, groups: &parallel::Groups) -> Result<()> {
+    for &b in groups.bodies().iter().filter(|_| groups.is_root()) {
+        let prefix = crate::body::options_prefix(&case.bodies[b].name);
+        for name in crate::petsc::option_prefixes_left(&prefix)? {
+            eprintln!("warning: PETSc option -{name} was not used: is it misspelt?");
+        }
+    }
+    Ok(())
 }
 
 /// The old summary goes first: a run killed from here on leaves nothing that looks complete.

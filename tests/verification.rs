@@ -1,0 +1,140 @@
+//! Verification problems with exact answers that are not shipped as cases, on 2 ranks.
+mod common;
+
+use common::{check_invariants, run, summary, value};
+use serde_json::Value;
+
+fn solve(text: &str) -> Value {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let file = directory.path().join("case.toml");
+    std::fs::write(&file, text).expect("the case is written");
+    let output = run(2, &file, &directory.path().join("out"), &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary = summary(&directory.path().join("out"));
+    check_invariants(&summary, "verification");
+    summary
+}
+
+fn close(summary: &Value, path: &str, expected: f64, relative: f64) {
+    let found = value(summary, path);
+    assert!((found - expected).abs() <= relative * expected.abs(), "{path}: {found:e}, not {expected:e}");
+}
+
+fn ring(name: &str, material: &str, inner: f64, outer: f64, extra: &str) -> String {
+    format!(
+        r#"
+[[body]]
+name = "{name}"
+material = "{material}"
+element = "quad8"
+mesh.ring = {{ radius = {{ from = {inner}, to = {outer}, cells = 6 }}, angle = {{ from = 0, to = 90, cells = 20 }} }}
+support = [{{ surface = "start", y = 0 }}, {{ surface = "end", x = 0 }}]
+{extra}
+"#
+    )
+}
+
+/// Three shrunk rings: p1 and p2 of two interferences at once.
+#[test]
+fn three_rings() {
+    let text = format!(
+        r#"
+analysis = "plane stress"
+alternation = {{ tolerance = 1e-10 }}
+material.a = {{ young = 2.1e11, poisson = 0.3 }}
+material.b = {{ young = 7e10, poisson = 0.33 }}
+material.c = {{ young = 1.1e11, poisson = 0.34 }}
+contact = [
+    {{ name = "ab", surfaces = ["a.outer", "b.inner"], gap_offset = -3e-5 }},
+    {{ name = "bc", surfaces = ["b.outer", "c.inner"], gap_offset = -4e-5 }},
+]
+{}{}{}"#,
+        ring("a", "a", 0.04, 0.06, ""),
+        ring("b", "b", 0.06, 0.08, ""),
+        ring("c", "c", 0.08, 0.1, "")
+    );
+    let summary = solve(&text);
+    close(&summary, "pairs.ab.max_pressure", 2.1345398e7, 2e-3);
+    close(&summary, "pairs.bc.max_pressure", 1.4140514e7, 2e-3);
+}
+
+/// An aluminium ring heated inside a steel ring closes a radial gap; with less heat it does not.
+#[test]
+fn heated_rings() {
+    let case = |analysis: &str, temperature: f64| {
+        let heat = format!("temperature = {temperature}");
+        format!(
+            r#"
+analysis = "{analysis}"
+alternation = {{ tolerance = 1e-10 }}
+material.al = {{ young = 7e10, poisson = 0.33, expansion = 23e-6, reference_temperature = 0 }}
+material.fe = {{ young = 2.1e11, poisson = 0.3, expansion = 12e-6, reference_temperature = 0 }}
+contact = [{{ name = "fit", surfaces = ["inner.outer", "outer.inner"], gap_offset = 5e-5 }}]
+{}{}"#,
+            ring("inner", "al", 0.05, 0.1, &heat),
+            ring("outer", "fe", 0.1, 0.15, &heat)
+        )
+    };
+    close(&solve(&case("plane stress", 100.0)), "pairs.fit.max_pressure", 1.8234443e7, 3e-3);
+    close(&solve(&case("plane strain", 100.0)), "pairs.fit.max_pressure", 3.5588994e7, 3e-3);
+    let open = solve(&case("plane stress", 30.0));
+    assert_eq!(open["reason"], "open");
+    assert_eq!(value(&open, "pairs.fit.max_pressure"), 0.0);
+}
+
+/// Two leaves under uniform pressure share it: contact pressure q / 2 along the length, grazing all the way. Tip
+/// deflection of a beam of half the load.
+#[test]
+fn two_leaves() {
+    let leaf = |name: &str, y: f64, load: &str| {
+        format!(
+            r#"
+[[body]]
+name = "{name}"
+material = "steel"
+element = "quad8"
+mesh.rectangle = {{ x = {{ from = 0, to = 0.2, cells = 80 }}, y = {{ from = {y}, to = {}, cells = 4 }} }}
+support = [{{ surface = "left", x = 0, y = 0 }}]
+{load}
+"#,
+            y + 0.01
+        )
+    };
+    let text = format!(
+        r#"
+analysis = "plane stress"
+alternation = {{ tolerance = 1e-9 }}
+material.steel = {{ young = 2.1e11, poisson = 0.3 }}
+contact = [{{ name = "leaves", surfaces = ["upper.bottom", "lower.top"] }}]
+probe = [{{ name = "tip", body = "upper", at = [0.2, 0.02] }}]
+{}{}"#,
+        leaf("lower", 0.0, ""),
+        leaf("upper", 0.01, "load = [{ surface = \"top\", pressure = 1e5 }]")
+    );
+    let summary = solve(&text);
+    close(&summary, "probes.tip.displacement.1", -5.722e-4, 5e-3);
+    // Half of the load crosses the interface.
+    close(&summary, "pairs.leaves.normal_force", 0.5 * 1e5 * 0.2, 2e-2);
+}
+
+/// A body held on all sides and heated: -E alpha dT / (1 - nu) in plane stress, / (1 - 2 nu) in plane strain.
+#[test]
+fn constrained_heating() {
+    for (analysis, denominator) in [("plane stress", 1.0 - 0.3), ("plane strain", 1.0 - 0.6)] {
+        let text = format!(
+            r#"
+analysis = "{analysis}"
+probe = [{{ name = "m", body = "b", at = [0.3, 0.4] }}]
+[[body]]
+name = "b"
+material = {{ young = 2.1e11, poisson = 0.3, expansion = 12e-6, reference_temperature = 20 }}
+temperature = 120
+mesh.rectangle = {{ x = {{ from = 0, to = 1, cells = 3 }}, y = {{ from = 0, to = 1, cells = 3 }} }}
+support = [{{ surface = "left", x = 0 }}, {{ surface = "right", x = 0 }}, {{ surface = "top", y = 0 }}, {{ surface = "bottom", y = 0 }}]
+"#
+        );
+        let summary = solve(&text);
+        close(&summary, "probes.m.stress.xx", -2.52e8 / denominator, 1e-10);
+        close(&summary, "probes.m.stress.yy", -2.52e8 / denominator, 1e-10);
+    }
+}
