@@ -56,6 +56,7 @@ impl Body {
         let mut internal = vec![0.0; part.points.len() * dim];
         let mut balance = Balance::default();
         let mut work = Workspace::default();
+        let modulus = self.law.plane_modulus();
         for (i, cell) in part.cells.iter().enumerate() {
             self.evaluate(cell, u, &mut work)?;
             let element = self.elements.of(cell.kind);
@@ -86,6 +87,8 @@ impl Body {
                 element.point_volumes(&work.x[..n], self.thickness, &mut work.volumes)?;
                 for ((s, e), v) in work.stress.iter().zip(&work.plane_strain).zip(&work.volumes) {
                     balance.work[0] += v * (s[0] * e[0] + s[1] * e[1] + s[3] * e[2]);
+                    // Where nothing moves the stored energy sets the scale.
+                    balance.work[2] += v * (s[0] * s[0] + s[1] * s[1] + s[3] * s[3]) / modulus;
                 }
             }
         }
