@@ -168,7 +168,7 @@ fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<
         }
         let verdict = if summary.converged { "converged" } else { "NOT CONVERGED" };
         println!(
-            "{verdict} ({}) after {} alternations: {}. residual {:.1e}, {:.2} s",
+            "{verdict} ({}) after {} alternations: {} Residual {:.1e}, {:.2} s",
             summary.reason.name(),
             summary.alternations,
             summary.reason.explanation(),

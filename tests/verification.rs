@@ -5,14 +5,19 @@ use common::{check_invariants, run, summary, value};
 use serde_json::Value;
 
 fn solve(text: &str) -> Value {
+    let summary = attempt(text, 0);
+    check_invariants(&summary, "verification");
+    summary
+}
+
+/// Runs a case that must end with this exit code.
+fn attempt(text: &str, code: i32) -> Value {
     let directory = tempfile::tempdir().expect("a temporary directory");
     let file = directory.path().join("case.toml");
     std::fs::write(&file, text).expect("the case is written");
     let output = run(2, &file, &directory.path().join("out"), &[]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let summary = summary(&directory.path().join("out"));
-    check_invariants(&summary, "verification");
-    summary
+    assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
+    summary(&directory.path().join("out"))
 }
 
 fn close(summary: &Value, path: &str, expected: f64, relative: f64) {
@@ -34,9 +39,10 @@ support = [{{ surface = "start", y = 0 }}, {{ surface = "end", x = 0 }}]
     )
 }
 
-/// Three shrunk rings: p1 and p2 of two interferences at once.
+/// Three shrunk rings: the middle one is pressed from both sides, and stiff against it. The paper's alternation, whose
+/// weights see one interface at a time, cannot bring it to agreement; it must say so, not return a wrong pressure.
 #[test]
-fn three_rings() {
+fn three_rings_are_not_called_converged() {
     let text = format!(
         r#"
 analysis = "plane stress"
@@ -53,9 +59,9 @@ contact = [
         ring("b", "b", 0.06, 0.08, ""),
         ring("c", "c", 0.08, 0.1, "")
     );
-    let summary = solve(&text);
-    close(&summary, "pairs.ab.max_pressure", 2.1345398e7, 2e-3);
-    close(&summary, "pairs.bc.max_pressure", 1.4140514e7, 2e-3);
+    let summary = attempt(&text, 3);
+    assert_eq!(summary["converged"], false);
+    assert_eq!(summary["reason"], "emptied");
 }
 
 /// An aluminium ring heated inside a steel ring closes a radial gap; with less heat it does not.
