@@ -144,3 +144,61 @@ support = [{{ surface = "left", x = 0 }}, {{ surface = "right", x = 0 }}, {{ sur
         close(&summary, "probes.m.stress.yy", -2.52e8 / denominator, 1e-10);
     }
 }
+
+/// Two parallel cantilevers, a gap of 0.5 mm, a tip load on the upper one: R = (P - g / C) / 2 at the tip.
+#[test]
+fn two_cantilevers() {
+    let beam = |name: &str, y: f64, load: &str| {
+        format!(
+            r#"
+[[body]]
+name = "{name}"
+material = "steel"
+element = "quad8"
+mesh.rectangle = {{ x = {{ from = 0, to = 0.2, cells = 80 }}, y = {{ from = {y}, to = {}, cells = 4 }} }}
+support = [{{ surface = "left", x = 0, y = 0 }}]
+{load}
+"#,
+            y + 0.01
+        )
+    };
+    let text = format!(
+        r#"
+analysis = "plane stress"
+alternation = {{ tolerance = 1e-9 }}
+material.steel = {{ young = 2.1e11, poisson = 0.3 }}
+contact = [{{ name = "tip", surfaces = ["upper.bottom", "lower.top"] }}]
+probe = [{{ name = "tip", body = "upper", at = [0.2, 0.0205] }}]
+{}{}"#,
+        beam("lower", 0.0, ""),
+        beam("upper", 0.0105, "load = [{ point = [0.2, 0.0205], force = [0, -2e4] }]")
+    );
+    let summary = solve(&text);
+    // Timoshenko 8362.6 N/m; the resultant sits in the last nodes, first order in the element size.
+    close(&summary, "pairs.tip.normal_force", 8362.6, 1e-2);
+    close(&summary, "probes.tip.displacement.1", -1.77678e-3, 1e-2);
+}
+
+/// Thick cylinder under a steady radial temperature drop, plane strain.
+#[test]
+fn thermal_cylinder() {
+    let text = r#"
+analysis = "plane strain"
+probe = [{ name = "a", body = "c", at = [0.05, 0] }, { name = "m", body = "c", at = [0.075, 0] }, { name = "b", body = "c", at = [0.1, 0] }]
+[[body]]
+name = "c"
+material = { young = 2.1e11, poisson = 0.3, expansion = 12e-6, reference_temperature = 0 }
+temperature = "100*ln(0.1/sqrt(x^2 + y^2))/ln(2)"
+element = "quad8"
+mesh.ring = { radius = { from = 0.05, to = 0.1, cells = 24 }, angle = { from = 0, to = 90, cells = 24 } }
+support = [{ surface = "start", y = 0 }, { surface = "end", x = 0 }]
+"#;
+    let summary = solve(text);
+    close(&summary, "probes.a.displacement.0", 3.026511e-5, 1e-3);
+    close(&summary, "probes.b.displacement.0", 6.053021e-5, 1e-3);
+    // At y = 0 the hoop stress is yy, the radial one xx.
+    close(&summary, "probes.a.stress.yy", -2.20315e8, 1e-2);
+    close(&summary, "probes.b.stress.yy", 1.39685e8, 1e-2);
+    close(&summary, "probes.m.stress.xx", -2.80401e7, 1e-2);
+    close(&summary, "probes.b.stress.zz", 4.19055e7, 2e-2);
+}

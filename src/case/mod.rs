@@ -437,7 +437,7 @@ pub struct AlternationCase {
     pub max_alternations: usize,
 }
 
-/// Weights of the corrections (METHOD: "iteration parameters", eqs. 30-36 of the paper).
+/// Weights of the corrections ("iteration parameters", eqs. 30-36 of the paper).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Weights {
     /// One number for both steps (30, 31).

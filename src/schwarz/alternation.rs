@@ -1,6 +1,6 @@
 //! The paper's alternation: displacement step, force correction, force step, displacement correction.
 //!
-//! Each alternation is one Dirichlet-Dirichlet step followed by one Neumann-Neumann step (METHOD: even and odd
+//! Each alternation is one Dirichlet-Dirichlet step followed by one Neumann-Neumann step (even and odd
 //! iterations of the paper). The state reported is the one after the force step: action equals reaction, the gap as
 //! converged.
 use super::{
