@@ -10,7 +10,7 @@ use crate::{
     contact::vector::{combine, dot},
     error::{Error, Result},
     parallel,
-    schwarz::Respond,
+    schwarz::RespondAtNodes,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -100,7 +100,7 @@ impl Compliance {
     }
 }
 
-impl Respond for Compliance {
+impl RespondAtNodes for Compliance {
     fn force_step(&mut self, force: &[f64]) -> Result<Vec<[f64; 3]>> {
         let mut u = self.free.clone();
         for (column, f) in std::iter::zip(&self.response, force).filter(|(_, f)| **f != 0.0) {

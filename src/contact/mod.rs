@@ -2,10 +2,12 @@
 //!
 //! Knows surfaces, not bodies: both rank groups of a pair hold both surfaces and compute the same pairing.
 mod pairing;
+mod rows;
 mod search;
 mod surface;
 
 pub use pairing::{Conjugate, Pairing};
+pub use rows::Row;
 pub use search::Projection;
 pub use surface::Surface;
 

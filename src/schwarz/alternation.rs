@@ -4,7 +4,7 @@
 //! iterations of the paper). The state reported is the one after the force step: action equals reaction, the gap as
 //! converged.
 use super::{
-    ContactNode, Reason, Respond, Side, Watch,
+    ContactNode, Reason, RespondAtNodes, Side, Watch,
     weights::{self, Both, Weights},
 };
 use crate::{
@@ -97,7 +97,7 @@ pub struct Alternation<'a, B> {
     pub(super) started: bool,
 }
 
-impl<'a, B: Respond> Alternation<'a, B> {
+impl<'a, B: RespondAtNodes> Alternation<'a, B> {
     /// Solves the bodies without contact forces and finds the nodes that penetrate. Collective on the roots.
     pub fn new(
         bodies: &'a mut [B],

@@ -1,10 +1,11 @@
 //! The Schwarz alternating method: bodies are solved separately and exchange contact displacements and contact nodal
 //! forces until both agree (Stankevich, Yakovlev, Si Tu Htet 2012).
 //!
-//! This module knows interface vectors, not physics. A body is a [`Respond`]: given contact forces it answers with
+//! This module knows interface vectors, not physics. A body is a [`RespondAtNodes`] (or [`Respond`]): given contact forces it answers with
 //! displacements (force step, Neumann), given contact displacements it answers with forces (displacement step,
 //! Dirichlet). What to do with the two steps is a driver's business; [`alternation`] is the paper's.
 pub mod alternation;
+mod respond;
 mod side;
 #[cfg(test)]
 mod tests;
@@ -12,13 +13,14 @@ mod verdict;
 pub mod weights;
 
 pub use alternation::{Alternation, Outcome, Settings};
+pub use respond::Respond;
 pub use side::{ContactNode, Side};
 pub use verdict::{Reason, Watch};
 
 use crate::error::Result;
 
-/// A body as a driver sees it: contact rows (one normal direction at one node each) and observed nodes.
-pub trait Respond {
+/// A body as the paper's alternation sees it: contact rows (one normal direction at one node each) and observed nodes.
+pub trait RespondAtNodes {
     /// Force step: displacement of every observed node, m, under the compressive normal forces `force`, N, one per
     /// row, and all loads of the body.
     fn force_step(&mut self, force: &[f64]) -> Result<Vec<[f64; 3]>>;

@@ -5,7 +5,7 @@
 //! error of the common interface position is multiplied by [beta km - (1 - beta) ks] [w / km - (1 - w) / ks] per
 //! alternation.
 use super::{
-    Alternation, ContactNode, Respond, Settings, Side,
+    Alternation, ContactNode, RespondAtNodes, Settings, Side,
     weights::{Both, Weights},
 };
 use crate::{
@@ -21,7 +21,7 @@ struct Bar {
     base: f64,
 }
 
-impl Respond for Bar {
+impl RespondAtNodes for Bar {
     fn force_step(&mut self, force: &[f64]) -> Result<Vec<[f64; 3]>> {
         Ok(vec![[self.base - self.normal * force[0] / self.k, 0.0, 0.0]])
     }

@@ -1,0 +1,21 @@
+//! Contact conditions between two surfaces, one per multiplier.
+
+/// One contact condition: the mean gap over the support of a multiplier must not be negative.
+///
+/// With c the coefficients of `terms`, n the outward normal of each side's own body and u the nodal displacements,
+/// the outward displacement of a side is w = sum_i c_i n . u_i, and the gap is `gap` - (w of both sides). A
+/// compressive force R, N, acts on the nodes of both sides with -R c_i n: the transposed operator, so that action
+/// equals reaction to round-off (METHOD: sum_i c_i = 1 on each side).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Node of the multiplier side's surface that the multiplier belongs to.
+    pub node: u32,
+    /// Surface nodes and coefficients on the multiplier side and on the mortar side; each adds up to 1.
+    pub terms: [Vec<(u32, f64)>; 2],
+    /// Unit normal, outwards from the multiplier side's body.
+    pub normal: [f64; 3],
+    /// Initial gap, m; negative is penetration.
+    pub gap: f64,
+    /// Weight of the multiplier, int psi_j dA, m2: the pressure is R / area.
+    pub area: f64,
+}

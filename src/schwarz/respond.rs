@@ -1,0 +1,28 @@
+//! A body as the active-set driver sees it: contact rows, and how it answers forces and displacements on them.
+use crate::error::Result;
+
+/// A body's answer on its contact rows. Its outward row displacements are w = free - C R + sum_k modes_k alpha_k, m,
+/// with the compressive row forces R, N, the compliance C, and the amplitudes alpha of its free rigid modes.
+///
+/// All vectors have one entry per row of the body. The two steps are collective on the body's rank group.
+pub trait Respond {
+    /// Number of rows.
+    fn n_rows(&self) -> usize;
+
+    /// w without contact forces, under all loads, supports and initial strains, free modes held at zero, m.
+    fn free(&self) -> &[f64];
+
+    /// Force step: C R, how far the forces push the rows inwards, m.
+    fn force_step(&mut self, force: &[f64]) -> Result<Vec<f64>>;
+
+    /// Displacement step: the forces, N, that push the `active` rows inwards by `inward`, m, while the others carry no
+    /// force and free rigid motion costs none: R = S (inward + G beta), G'R = 0, S = (C_aa)^-1, G = modes on the active
+    /// rows. Exact for a condensed body; a symmetric positive semi-definite approximation otherwise.
+    fn displacement_step(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>>;
+
+    /// Row displacements of each free rigid mode (modes x rows), m.
+    fn modes(&self) -> &[Vec<f64>];
+
+    /// Work of the body's loads on each free rigid mode, J.
+    fn mode_work(&self) -> &[f64];
+}
