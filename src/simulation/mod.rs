@@ -10,7 +10,7 @@ pub use plan::{Plan, build_mesh};
 
 use crate::{
     body::{Body, Compliance},
-    case::Case,
+    case::{Case, Driver, Weights},
     error::{Error, Result},
     output::{self, HistoryRow, Piece, Reason, ResultFile, RunInfo, Summary},
     parallel::{self, Exchange, agree},
@@ -165,8 +165,12 @@ fn alternate(
     exchange: &Exchange,
     progress: impl FnMut(&HistoryRow),
 ) -> Result<Found> {
+    let weights = match case.alternation.driver {
+        Driver::Relaxed(weights) => weights,
+        Driver::ActiveSet => Weights::Response,
+    };
     let settings = schwarz::Settings {
-        weights: case.alternation.weights,
+        weights,
         tolerance: case.alternation.tolerance,
         max_alternations: case.alternation.max_alternations,
     };
