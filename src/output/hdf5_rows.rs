@@ -43,9 +43,9 @@ impl Values<'_> {
     pub fn text(texts: &[impl AsRef<str>], held_here: bool) -> Self {
         let width = texts.iter().map(|t| t.as_ref().len()).max().unwrap_or(0).max(1);
         let mut bytes = Vec::new();
-        for text in texts.iter().filter(|_| held_here) {
+        for (i, text) in texts.iter().enumerate().filter(|_| held_here) {
             bytes.extend_from_slice(text.as_ref().as_bytes());
-            bytes.resize(bytes.len().next_multiple_of(width), 0);
+            bytes.resize((i + 1) * width, 0);
         }
         Values::Text { bytes, width }
     }
