@@ -1,5 +1,5 @@
 //! The bodies as the alternation sees them: contact nodes, conjugate points, compliances.
-use super::Plan;
+use super::{Plan, plan::deformable};
 use crate::{
     body::{Body, Compliance, ContactRow},
     case::{Case, ContactCase},
@@ -180,7 +180,7 @@ fn pair_up(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
                 beyond.push(contact_node);
             }
         }
-        let other_body = case.contacts[pair].surfaces[1 - side].body;
+        let other_body = deformable(case.contacts[pair].surfaces[1 - side].body)?;
         contacts.sides.push(Side {
             pair,
             first: side == 0,

@@ -10,7 +10,7 @@ pub use plan::{Plan, build_mesh};
 
 use crate::{
     body::{Body, Compliance},
-    case::Case,
+    case::{Case, Driver, Weights},
     error::{Error, Result},
     output::{self, HistoryRow, Piece, Reason, ResultFile, RunInfo, Summary},
     parallel::{self, Exchange, agree},
@@ -100,9 +100,11 @@ pub fn run(
         reason: header.0,
         alternations: header.1,
         tolerance: case.alternation.tolerance,
+        steps: None,
     };
     let file = directory.join(output::RESULT);
-    let result = ResultFile { piece: &piece, pairs: &tables, history: &found.history, run: &info };
+    let result =
+        ResultFile { piece: &piece, pairs: &tables, before: &[], history: &found.history, run: &info };
     remove_old_summary(world, directory)?;
     output::write(world, &file, &result)?;
     let drawn = if world.rank() == 0 { draw(case, &file, directory) } else { Ok(()) };
@@ -117,24 +119,35 @@ pub fn run(
         variant: case.variant.clone(),
         converged: info.converged(),
         reason: info.reason,
+        driver: output::Driver::Relaxed,
+        transfer: output::Transfer::Pointwise,
         alternations: info.alternations,
+        updates: 0,
+        // One more: without contact forces, to begin with.
+        force_steps: info.alternations + u64::from(!case.contacts.is_empty()),
+        displacement_steps: info.alternations,
         tolerance: case.alternation.tolerance,
         residual: checks.residual,
         ranks: world.size() as usize,
         bodies: body_summaries(case, &plan, &bodies, &compliances, world),
+        free_modes: Vec::new(),
         pairs,
         probes,
+        steps: None,
         checks,
         seconds: output::Seconds {
             setup: seconds[0],
+            search: 0.0,
             assemble: seconds[1],
             factor: seconds[2],
+            condense: 0.0,
             alternate: seconds[3],
             write: seconds[4],
             total: seconds[5],
         },
         peak_memory_mb: parallel::sum(world, &[peak_memory_mb()])[0],
         warnings,
+        diagnosis: Vec::new(),
     };
     let written = if world.rank() == 0 { summary.write(&directory.join(output::SUMMARY)) } else { Ok(()) };
     agree(world, written)?;
@@ -165,8 +178,12 @@ fn alternate(
     exchange: &Exchange,
     progress: impl FnMut(&HistoryRow),
 ) -> Result<Found> {
+    let weights = match case.alternation.driver {
+        Driver::Relaxed(weights) => weights,
+        Driver::ActiveSet => Weights::Response,
+    };
     let settings = schwarz::Settings {
-        weights: case.alternation.weights,
+        weights,
         tolerance: case.alternation.tolerance,
         max_alternations: case.alternation.max_alternations,
     };
@@ -243,6 +260,9 @@ fn body_summaries(
             ranks: plan.groups.shares[plan.groups.group_of(b)].ranks.len(),
             factorisations: counts[2 * b] as u64,
             interface_factorisations: counts[2 * b + 1] as u64,
+            response: output::Response::Condensed,
+            interface_dofs: 0,
+            solves: 0,
         })
         .collect()
 }

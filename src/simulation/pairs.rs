@@ -19,9 +19,8 @@ pub(super) fn pair_results(
     warnings: &mut Vec<String>,
 ) -> (Vec<output::PairSummary>, Vec<PairTables>, bool) {
     let names = |contact: &ContactCase| {
-        [0, 1].map(|s| {
-            format!("{}.{}", case.bodies[contact.surfaces[s].body].name, contact.surfaces[s].surface)
-        })
+        [0, 1]
+            .map(|s| format!("{}.{}", case.body_name(contact.surfaces[s].body), contact.surfaces[s].surface))
     };
     let mut tables: Vec<PairTables> = case
         .contacts
@@ -42,6 +41,8 @@ pub(super) fn pair_results(
                 (0..3).for_each(|c| sum[3 * column + c] += f[c]);
             }
             if side.first {
+                let moment = |(x, f): (&[f64; 3], &[f64; 3])| x[0] * f[1] - x[1] * f[0];
+                sum[11] = std::iter::zip(&table.x, &table.force).map(moment).sum();
                 sum[6] += state.force.iter().sum::<f64>();
                 sum[7] = contact_length(&table);
             }
@@ -92,12 +93,18 @@ pub(super) fn pair_results(
                 name: contact.name.clone(),
                 normal_force: s[6],
                 resultant: s[..2].to_vec(),
+                moment: s[11],
+                multiplier_side: output::PairSide::A,
                 max_pressure: m[0],
                 contact_length: s[7],
                 max_penetration: m[1],
                 force_imbalance,
                 complementarity: if m[0] * m[4] > 0.0 { m[3] / (m[0] * m[4]) } else { 0.0 },
+                contraction: output::mean_contraction(
+                    found.history.iter().filter_map(|row| row.pairs.get(p)).map(|pair| pair.contraction),
+                ),
                 active: s[8] as u64,
+                open: (s[9] - s[8]) as u64,
                 candidates: s[9] as u64,
             }
         })

@@ -1,7 +1,7 @@
 //! Before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
 use crate::{
     body::find_facets,
-    case::{Case, Geometry},
+    case::{BodyRef, Case, Geometry},
     contact::Surface,
     error::{Error, Result},
     mesh::{self, Mesh},
@@ -38,10 +38,18 @@ pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
     Ok(mesh)
 }
 
+/// Index of a deformable body; rigid ones are read, but not solved with yet.
+pub(super) fn deformable(body: BodyRef) -> Result<usize> {
+    body.deformable().ok_or_else(|| Error::internal("contact with a rigid body is not implemented yet"))
+}
+
 impl Plan {
     /// Meshes the bodies, deals the ranks, finds the contact surfaces, and refuses what cannot be solved. Collective.
     pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<Plan> {
         let (rank, size) = (world.rank() as usize, world.size() as usize);
+        for body in case.contacts.iter().flat_map(|c| &c.surfaces).map(|s| s.body) {
+            deformable(body)?;
+        }
         // Body b is meshed first by rank b mod P, only to know its size.
         let mut counts = vec![0.0; case.bodies.len()];
         let mut known: Vec<Option<Mesh>> = vec![None; case.bodies.len()];
@@ -70,12 +78,13 @@ impl Plan {
     fn find_surfaces(&mut self, case: &Case) -> Result<()> {
         for (p, contact) in case.contacts.iter().enumerate() {
             for (side, name) in contact.surfaces.iter().enumerate() {
-                let Some(i) = self.groups.bodies().iter().position(|&b| b == name.body) else { continue };
-                let body = &case.bodies[name.body].name;
+                let index = deformable(name.body)?;
+                let Some(i) = self.groups.bodies().iter().position(|&b| b == index) else { continue };
+                let body = &case.bodies[index].name;
                 let facets =
                     find_facets(&self.meshes[i], body, &name.surface, name.within.as_ref(), &contact.origin)?;
                 self.surfaces.push(Surface::new(&self.meshes[i], &facets, case.analysis.thickness()));
-                self.ends.push((p, side, name.body));
+                self.ends.push((p, side, index));
             }
         }
         Ok(())
@@ -87,7 +96,11 @@ impl Plan {
             let constraints = crate::body::Constraints::new(body, mesh)?;
             let free = crate::body::free_motions(mesh, &constraints);
             if !free.is_empty() {
-                let held = if case.contacts.iter().any(|c| c.surfaces.iter().any(|s| s.body == b)) {
+                let held = if case
+                    .contacts
+                    .iter()
+                    .any(|c| c.surfaces.iter().any(|s| s.body == BodyRef::Deformable(b)))
+                {
                     "is held by nothing but contact, which this version cannot solve"
                 } else {
                     "is not held by its supports"
@@ -132,6 +145,7 @@ impl Plan {
             .iter()
             .map(|&(pair, side, _)| {
                 let other = case.contacts[pair].surfaces[1 - side].body;
+                let other = other.deformable().expect("rigid bodies were refused");
                 let group = self.groups.group_of(other);
                 if group == self.groups.own {
                     let here = self.ends.iter().position(|e| (e.0, e.1) == (pair, 1 - side));
