@@ -88,7 +88,8 @@ impl<'a, B: Respond> Coupling<'a, B> {
 
     /// Outward displacements of the rows without contact forces, of both sides together, m. Collective on the roots.
     pub fn free(&self) -> Vec<f64> {
-        let [own, other] = self.to_multipliers(|bodies, end| bodies[end.body].free()[end.rows.clone()].to_vec());
+        let [own, other] =
+            self.to_multipliers(|bodies, end| bodies[end.body].free()[end.rows.clone()].to_vec());
         std::iter::zip(own, other).map(|(a, b)| a + b).collect()
     }
 
@@ -134,7 +135,8 @@ impl<'a, B: Respond> Coupling<'a, B> {
                 flags[end.rows.clone()].copy_from_slice(&active[self.ranges[i].clone()]);
             } else if !end.multiplier && received[i].len() == 2 * n {
                 values[end.rows.clone()].copy_from_slice(&received[i][..n]);
-                std::iter::zip(&mut flags[end.rows.clone()], &received[i][n..]).for_each(|(f, v)| *f = *v > 0.5);
+                std::iter::zip(&mut flags[end.rows.clone()], &received[i][n..])
+                    .for_each(|(f, v)| *f = *v > 0.5);
             }
         }
         let answers = self.bodies.iter_mut().zip(std::iter::zip(&values, &flags));
@@ -146,9 +148,8 @@ impl<'a, B: Respond> Coupling<'a, B> {
         let answers = self.exchange.agree(answers)?;
         let [own, other] = self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec());
         let mut forces = vec![0.0; self.n];
-        for (i, end) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+        for (i, _) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let source = if lead[i] == Lead::Multiplier { &own } else { &other };
-            let _ = end;
             forces[self.ranges[i].clone()].copy_from_slice(&source[self.ranges[i].clone()]);
         }
         Ok(forces)
@@ -163,13 +164,12 @@ impl<'a, B: Respond> Coupling<'a, B> {
         let received = self.exchange.swap(&out);
         let mut own = vec![0.0; self.n];
         let mut other = vec![0.0; self.n];
-        for (i, end) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+        for (i, _) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let range = self.ranges[i].clone();
             own[range.clone()].copy_from_slice(&mine[i]);
             if !matches!(self.exchange.partners[i], Partner::Rigid) {
                 other[range].copy_from_slice(&received[i]);
             }
-            let _ = end;
         }
         [own, other]
     }
