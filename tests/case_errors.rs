@@ -537,7 +537,7 @@ fn rigid_bodies() {
             "[[contact]]",
             "[[body]]\nname = \"die\"\nrigid.circle = { center = [0, 0], radius = 1 }\n[[contact]]\n\
              surfaces = [\"anvil.surface\", \"die.surface\"]\n[[contact]]",
-            "contact.0.surfaces: [\"anvil.surface\", \"die.surface\"] was given; 'anvil' and 'die' are both rigid",
+            "contact.1.surfaces: [\"anvil.surface\", \"die.surface\"] was given; 'anvil' and 'die' are both rigid",
         ),
     ] {
         let text = GOOD.replacen("[[variant]]", &with(old, new), 1);
@@ -798,6 +798,23 @@ fn values_arrive() {
         (BodyRef::Deformable(1), "bottom")
     );
     assert_eq!(case.name, "f");
+}
+
+#[test]
+fn every_shipped_case_reads_with_every_variant() {
+    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+    let mut read = 0;
+    for entry in std::fs::read_dir(cases).unwrap() {
+        let path = entry.unwrap().path();
+        if path.join("case.toml").is_file() {
+            let variants = case::variant_names(&path).unwrap();
+            for variant in std::iter::once(None).chain(variants.iter().map(|v| Some(v.as_str()))) {
+                case::read(&path, variant, &[]).unwrap_or_else(|error| panic!("{variant:?}: {error}"));
+                read += 1;
+            }
+        }
+    }
+    assert!(read > 20, "{read}");
 }
 
 #[test]
