@@ -158,18 +158,7 @@ impl Symmetric {
         let n = int(self.n)?;
         // SAFETY: a is n x n, x and y have n entries.
         unsafe {
-            dsymv_(
-                &LOWER,
-                &n,
-                &1.0,
-                self.a.as_ptr(),
-                &n.max(1),
-                x.as_ptr(),
-                &1,
-                &0.0,
-                y.as_mut_ptr(),
-                &1,
-            );
+            dsymv_(&LOWER, &n, &1.0, self.a.as_ptr(), &n.max(1), x.as_ptr(), &1, &0.0, y.as_mut_ptr(), &1);
         }
         Ok(y)
     }

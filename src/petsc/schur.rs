@@ -42,8 +42,7 @@ impl SchurFactor {
             let copy = sys::PetscCopyMode::PETSC_COPY_VALUES;
             let is = Index(make(|s| sys::ISCreateGeneral(comm.as_raw(), n, interface.as_ptr(), copy, s))?);
             let cholesky = sys::MatFactorType::MAT_FACTOR_CHOLESKY;
-            let factor =
-                Factor(make(|f| sys::MatGetFactor(a.0, sys::MATSOLVERMUMPS.as_ptr(), cholesky, f))?);
+            let factor = Factor(make(|f| sys::MatGetFactor(a.0, sys::MATSOLVERMUMPS.as_ptr(), cholesky, f))?);
             check(sys::MatSetOptionsPrefix(factor.0, prefix.as_ptr()))?;
             check(sys::MatFactorSetSchurIS(factor.0, is.0))?;
             let mut info = MaybeUninit::uninit();

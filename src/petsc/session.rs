@@ -46,9 +46,7 @@ pub fn has_option(prefix: &str, name: &str) -> Result<bool> {
     let name = CString::new(format!("-{name}")).map_err(nul)?;
     let mut found = sys::PetscBool::PETSC_FALSE;
     // SAFETY: a null options object means the global database.
-    check(unsafe {
-        sys::PetscOptionsHasName(ptr::null_mut(), prefix.as_ptr(), name.as_ptr(), &mut found)
-    })?;
+    check(unsafe { sys::PetscOptionsHasName(ptr::null_mut(), prefix.as_ptr(), name.as_ptr(), &mut found) })?;
     Ok(found == sys::PetscBool::PETSC_TRUE)
 }
 
