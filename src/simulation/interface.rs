@@ -1,7 +1,7 @@
 //! The bodies as the alternation sees them: contact nodes, conjugate points, compliances.
 use super::{Plan, plan::deformable};
 use crate::{
-    body::{Body, Compliance, ContactRow},
+    body::{Body, Compliance, ContactRow, ResponseKind},
     case::{Case, ContactCase},
     contact::{Pairing, Surface, vector::dot},
     error::Result,
@@ -57,10 +57,15 @@ impl Interface {
             if let Some(options) = &case.bodies[b].solver {
                 petsc::set_options(&prefixed(options, &case.bodies[b].name))?;
             }
-            let mut body = Body::new(&case.bodies[b], case.analysis, &plan.meshes[i], &groups.group)?;
-            let solving = Instant::now();
+            let mut body = Body::new(
+                &case.bodies[b],
+                case.analysis,
+                &plan.meshes[i],
+                &groups.group,
+                &observed[i],
+                ResponseKind::Solver,
+            )?;
             free.push(Compliance::free_displacements(&mut body, &groups.group, &observed[i])?);
-            body.cost.factor += solving.elapsed().as_secs_f64();
             bodies.push(body);
             Ok(())
         });
@@ -71,11 +76,9 @@ impl Interface {
         }
         let mut compliances = Vec::new();
         let condensed = bodies.iter_mut().enumerate().try_for_each(|(i, body)| {
-            let solving = Instant::now();
             let rows = contacts.as_ref().map_or_else(Vec::new, |c| contact_rows(c, i));
             let free = std::mem::take(&mut free[i]);
             compliances.extend(Compliance::new(body, &groups.group, &observed[i], free, rows)?);
-            body.cost.factor += solving.elapsed().as_secs_f64();
             Ok(())
         });
         agree(world, condensed)?;

@@ -40,7 +40,7 @@ pub fn run(
     let mut seconds = [0.0; 6];
     seconds[0] = pairing_seconds;
     (seconds[1], seconds[2]) =
-        bodies.iter().fold((0.0, 0.0), |s, b| (s.0 + b.cost.assemble, s.1 + b.cost.factor));
+        bodies.iter().fold((0.0, 0.0), |s, b| (s.0 + b.cost().assemble, s.1 + b.cost().factor));
 
     // The alternation, on the first ranks of the groups; the others sleep.
     let alternating = Instant::now();
@@ -247,7 +247,7 @@ fn body_summaries(
     let mut counts = vec![[0.0; 2]; case.bodies.len()];
     for (i, &b) in plan.groups.bodies().iter().enumerate() {
         if plan.groups.is_root() {
-            counts[b] = [bodies[i].cost.factorisations as f64, compliances[i].factorisations as f64];
+            counts[b] = [bodies[i].cost().factorisations as f64, compliances[i].factorisations as f64];
         }
     }
     let counts = parallel::sum(world, counts.as_flattened());
