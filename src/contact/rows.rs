@@ -1,5 +1,10 @@
 //! Contact conditions between two surfaces, one per multiplier.
 
+use super::{Conjugate, Surface};
+
+/// Gaps this little larger, relatively, than the search distance count as equal to it.
+pub(super) const ROUND_OFF: f64 = 1e-9;
+
 /// One contact condition: the mean gap over the support of a multiplier must not be negative.
 ///
 /// With c the coefficients of `terms`, n the outward normal of each side's own body and u the nodal displacements,
@@ -18,4 +23,20 @@ pub struct Row {
     pub gap: f64,
     /// Weight of the multiplier, int psi_j dA, m2: the pressure is R / area.
     pub area: f64,
+}
+
+/// Node-to-segment rows: one per node of the multiplier side's surface with a conjugate point and a gap within
+/// `search_distance`, m. Forces then transfer without loss on matching nodes only.
+pub fn pointwise(multiplier: &Surface, conjugates: &[Option<Conjugate>], search_distance: f64) -> Vec<Row> {
+    let near = |c: &&Conjugate| c.gap <= search_distance * (1.0 + ROUND_OFF);
+    (0..multiplier.nodes.len())
+        .filter_map(|i| Some((i, conjugates.get(i)?.as_ref().filter(near)?)))
+        .map(|(i, conjugate)| Row {
+            node: i as u32,
+            terms: [vec![(i as u32, 1.0)], conjugate.terms.clone()],
+            normal: conjugate.normal,
+            gap: conjugate.gap,
+            area: multiplier.weights[i],
+        })
+        .collect()
 }
