@@ -49,7 +49,8 @@ impl Active {
     pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Active> {
         let groups = &plan.groups;
         let start = Instant::now();
-        let contacts = if groups.is_root() { Contacts::new(case, plan, exchange).map(Some) } else { Ok(None) };
+        let contacts =
+            if groups.is_root() { Contacts::new(case, plan, exchange).map(Some) } else { Ok(None) };
         let mut contacts = agree(&groups.world, contacts)?;
         let search_seconds = start.elapsed().as_secs_f64();
         let (mut bodies, mut responses) = (Vec::new(), Vec::new());
@@ -68,7 +69,8 @@ impl Active {
             };
             let mut body =
                 Body::new(&case.bodies[b], case.analysis, &plan.meshes[i], &groups.group, &nodes, kind)?;
-            let rows = contacts.as_mut().map_or_else(Vec::new, |c| std::mem::take(&mut c.shares.body_rows[i]));
+            let rows =
+                contacts.as_mut().map_or_else(Vec::new, |c| std::mem::take(&mut c.shares.body_rows[i]));
             responses.push(body.respond(&groups.group, rows)?);
             bodies.push(body);
             Ok(())
@@ -76,7 +78,8 @@ impl Active {
         agree(&groups.world, built)?;
         let mut counts = vec![0.0; case.bodies.len()];
         if groups.is_root() {
-            std::iter::zip(groups.bodies(), &bodies).for_each(|(&b, body)| counts[b] = body.free.modes.len() as f64);
+            std::iter::zip(groups.bodies(), &bodies)
+                .for_each(|(&b, body)| counts[b] = body.free.modes.len() as f64);
         }
         let counts = parallel::sum(&groups.world, &counts);
         let before = |b: usize| counts[..b].iter().sum::<f64>() as usize;
@@ -95,10 +98,11 @@ impl Active {
         mut progress: impl FnMut(&HistoryRow),
     ) -> Result<(Found, Vec<Nodal>)> {
         let group = &plan.groups.group;
-        let loaded = std::iter::zip(&mut self.bodies, &mut self.responses).try_for_each(|(body, response)| {
-            body.set_load(factors, group)?;
-            body.reload(group, response)
-        });
+        let loaded =
+            std::iter::zip(&mut self.bodies, &mut self.responses).try_for_each(|(body, response)| {
+                body.set_load(factors, group)?;
+                body.reload(group, response)
+            });
         agree(&plan.groups.world, loaded)?;
         let updated = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
         let mut geometry = Geometry::default();
@@ -172,6 +176,7 @@ impl Active {
         };
         parallel::idle_barrier(world);
         let (mut found, solution) = agree(world, outcome)?;
+        super::share_outcome(world, &mut found.reason, [0; 4]);
         found.free_modes = super::text::gather_lines(world, &found.free_modes);
         found.diagnosis = super::text::gather_lines(world, &found.diagnosis);
         found.warnings = super::text::gather_lines(world, &found.warnings);
@@ -242,10 +247,11 @@ impl Active {
             rows = std::mem::take(&mut contacts.shares.body_rows);
         }
         self.search_seconds += start.elapsed().as_secs_f64();
-        let answered = std::iter::zip(&mut self.bodies, rows).enumerate().try_for_each(|(i, (body, rows))| {
-            self.responses[i] = body.respond(&plan.groups.group, rows)?;
-            Ok(())
-        });
+        let answered =
+            std::iter::zip(&mut self.bodies, rows).enumerate().try_for_each(|(i, (body, rows))| {
+                self.responses[i] = body.respond(&plan.groups.group, rows)?;
+                Ok(())
+            });
         agree(&plan.groups.world, answered)
     }
 }
@@ -334,7 +340,8 @@ impl Contacts {
             .collect();
         let mut surfaces = both_surfaces(case, plan, exchange, &moved);
         for (i, &(pair, side, _)) in plan.ends.iter().enumerate() {
-            if let (true, Some(motion)) = (is_updated(pair), super::rows::rigid_motion(case, pair, 1 - side)) {
+            if let (true, Some(motion)) = (is_updated(pair), super::rows::rigid_motion(case, pair, 1 - side))
+            {
                 let u = motion.map(|m| factors.supports * m);
                 surfaces[i][1] = surfaces[i][1].moved(&vec![u; surfaces[i][1].nodes.len()]);
             }
@@ -353,7 +360,8 @@ impl Contacts {
             }
             let of = |end: &End, row: &Row| by_node.get(&(end.pair, row.node)).copied().unwrap_or(0.0);
             let moved = ends_with_rows(&shares.ends, &pairs);
-            self.warm = Some(moved.flat_map(|(end, rows)| rows.iter().map(move |row| of(end, row))).collect());
+            self.warm =
+                Some(moved.flat_map(|(end, rows)| rows.iter().map(move |row| of(end, row))).collect());
         }
         // What the rows' own displacements would be of the present motion.
         let present: Vec<Vec<f64>> = shares
@@ -416,12 +424,12 @@ impl Contacts {
         let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, n_pairs, task.step);
         let outcome = match driver.run(self.warm.as_deref(), progress)? {
             Ok(outcome) => outcome,
-            Err(motion) => return exchange.agree(Err(unrestrained(task, &coarse, &motion))),
+            Err(motion) => return Err(unrestrained(task, &coarse, &motion)),
         };
         let projector = coarse.projector(exchange, &driver.active);
         let free: Vec<usize> = projector.free_modes(task.n_modes);
         if let (true, Some(motion)) = (outcome.reason.converged(), projector.driven(&coarse.work)) {
-            return exchange.agree(Err(unrestrained(task, &coarse, &motion)));
+            return Err(unrestrained(task, &coarse, &motion));
         }
         let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
         let threshold = driver.gap_threshold();
@@ -449,7 +457,9 @@ impl Contacts {
         let received = exchange.swap(&out);
         let mut solution = Solution {
             force: responses.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
-            alpha: std::iter::zip(task.first_mode, task.scale).map(|(&f, s)| alpha[f..f + s.len()].to_vec()).collect(),
+            alpha: std::iter::zip(task.first_mode, task.scale)
+                .map(|(&f, s)| alpha[f..f + s.len()].to_vec())
+                .collect(),
         };
         for (i, end) in self.shares.ends.iter().enumerate() {
             let values = if end.multiplier { &out[i] } else { &received[i] };
@@ -458,7 +468,15 @@ impl Contacts {
             let (surface, side) = (&task.plan.surfaces[i], task.plan.ends[i].1);
             found.ends.push(if end.multiplier {
                 let range = ranges[i].clone();
-                EndFound::of_multipliers(surface, end.pair, side, pair, &force[range.clone()], &gaps[range.clone()], &active[range])
+                EndFound::of_multipliers(
+                    surface,
+                    end.pair,
+                    side,
+                    pair,
+                    &force[range.clone()],
+                    &gaps[range.clone()],
+                    &active[range],
+                )
             } else {
                 EndFound::of_mortar(surface, end.pair, side, pair, values)
             });
@@ -501,26 +519,32 @@ fn ends_with_rows<'s>(
     ends: &'s [End],
     pairs: &'s [Option<Pair>],
 ) -> impl Iterator<Item = (&'s End, &'s [Row])> + 's {
-    ends.iter().filter(|end| end.multiplier).filter_map(|end| Some((end, &pairs[end.pair].as_ref()?.rows[..])))
+    ends.iter()
+        .filter(|end| end.multiplier)
+        .filter_map(|end| Some((end, &pairs[end.pair].as_ref()?.rows[..])))
 }
 
-/// The body and the mode on which the loads do most of the work in a motion that nothing stops; `Ok(())`-like on the
-/// ranks of other bodies, whose error is the same text once agreed.
+/// The body and the mode on which the loads do most of the work in a motion that nothing stops. Collective on the roots.
 fn unrestrained(task: &Task, coarse: &Coarse, motion: &[f64]) -> Error {
     let share = |k: usize| (motion[k] * coarse.work[k]).abs();
     let worst = (0..motion.len()).fold(0, |best, k| if share(k) > share(best) { k } else { best });
-    for (b, &first) in task.first_mode.iter().enumerate() {
-        if (first..first + task.scale[b].len()).contains(&worst) {
+    let own = task.first_mode.iter().enumerate().find(|(b, first)| {
+        let first = **first;
+        (first..first + task.scale[*b].len()).contains(&worst)
+    });
+    let named = match own {
+        // Another rank has the body.
+        None => Ok(()),
+        Some((b, first)) => {
             let body = &task.case.bodies[task.plan.groups.bodies()[b]];
-            return Error::Unrestrained(format!(
+            Err(Error::Unrestrained(format!(
                 "{}: body '{}' is not held against its loads: {}: neither supports nor contact stop this motion; add a \
                  [[body.support]] that does, or check the direction of the load and the contact pairs",
                 body.origin,
                 body.name,
                 (task.names)(b, worst - first)
-            ));
+            )))
         }
-    }
-    // Another rank has the body; the lowest rank's error is the one reported, so this one must not hide it.
-    Error::Unrestrained(String::new())
+    };
+    task.exchange.agree(named).err().unwrap_or_else(|| Error::internal("no body owns the free motion"))
 }

@@ -98,7 +98,8 @@ impl EndFound {
             table.status[i] = if active[j] { 2 } else { 1 };
             add_forces(&mut table, &row.terms[0], &row.normal, -force[j]);
             complementarity[0] = complementarity[0].max((table.pressure[i] * gaps[j]).abs());
-            complementarity[1] = complementarity[1].max(gaps[j].abs()).max(row.gap.abs()).max((row.gap - gaps[j]).abs());
+            complementarity[1] =
+                complementarity[1].max(gaps[j].abs()).max(row.gap.abs()).max((row.gap - gaps[j]).abs());
         }
         EndFound {
             pair,

@@ -20,7 +20,8 @@ pub(super) fn pair_results(
     warnings: &mut Vec<String>,
 ) -> (Vec<output::PairSummary>, Vec<PairTables>, bool) {
     let names = |contact: &ContactCase| {
-        [0, 1].map(|s| format!("{}.{}", case.body_name(contact.surfaces[s].body), contact.surfaces[s].surface))
+        [0, 1]
+            .map(|s| format!("{}.{}", case.body_name(contact.surfaces[s].body), contact.surfaces[s].surface))
     };
     let mut tables: Vec<PairTables> = case
         .contacts

@@ -23,6 +23,8 @@ pub struct Plan {
     pub(super) ends: Vec<(usize, usize, usize)>,
     /// Bodies of the case that supports do not hold.
     floating: Vec<bool>,
+    /// Wall seconds it took.
+    pub(super) seconds: f64,
 }
 
 /// Builds a body's mesh.
@@ -43,6 +45,7 @@ pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
 impl Plan {
     /// Meshes the bodies, deals the ranks, finds the contact surfaces, and refuses what cannot be solved. Collective.
     pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<Plan> {
+        let start = std::time::Instant::now();
         let (rank, size) = (world.rank() as usize, world.size() as usize);
         // Body b is meshed first by rank b mod P, only to know its size.
         let mut counts = vec![0.0; case.bodies.len()];
@@ -62,7 +65,8 @@ impl Plan {
         });
         let meshes = agree(world, meshes.collect::<Result<Vec<Mesh>>>())?;
         let floating = vec![false; case.bodies.len()];
-        let mut plan = Plan { dofs, groups, meshes, surfaces: Vec::new(), ends: Vec::new(), floating };
+        let mut plan =
+            Plan { dofs, groups, meshes, surfaces: Vec::new(), ends: Vec::new(), floating, seconds: 0.0 };
         let found = plan.find_surfaces(case);
         agree(world, found)?;
         if let Driver::Relaxed(_) = case.alternation.driver {
@@ -70,6 +74,7 @@ impl Plan {
             agree(world, restrained)?;
         }
         plan.find_floating_bodies(case)?;
+        plan.seconds = start.elapsed().as_secs_f64();
         Ok(plan)
     }
 
@@ -133,6 +138,14 @@ impl Plan {
         bodies.into_iter().any(|b| self.floating[b])
     }
 
+    /// The deformable body on the other side of an end's pair.
+    pub(super) fn other_body(&self, case: &Case, pair: usize, side: usize) -> usize {
+        case.contacts[pair].surfaces[1 - side]
+            .body
+            .deformable()
+            .expect("the relaxed driver takes no rigid bodies")
+    }
+
     /// Place of a body of the case among this group's.
     pub(super) fn place(&self, body: usize) -> usize {
         self.groups.bodies().iter().position(|&b| b == body).expect("the body is this group's")
@@ -156,7 +169,9 @@ impl Plan {
                 });
                 Surface::rigid_plane(xy(through), xy(normal), 2.0 * reach)
             }
-            RigidShape::Circle { center, radius, inside } => Surface::rigid_circle(xy(center), *radius, *inside),
+            RigidShape::Circle { center, radius, inside } => {
+                Surface::rigid_circle(xy(center), *radius, *inside)
+            }
             RigidShape::Polyline { points } => {
                 Surface::rigid_polyline(&points.iter().map(xy).collect::<Vec<_>>())
             }

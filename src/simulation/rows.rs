@@ -2,7 +2,7 @@
 use super::Plan;
 use crate::{
     body::{BodyRow, Constraints},
-    case::{Case, Conjugate, ContactCase, Gap, Transfer},
+    case::{BodyRef, Case, Conjugate, ContactCase, Gap, Transfer},
     contact::{Pairing, Row, Surface, mortar, vector::dot},
     error::Result,
     material::LinearElastic,
@@ -34,7 +34,12 @@ pub(super) struct Pair {
 
 /// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
 /// Not collective.
-pub(super) fn pair_rows(case: &Case, plan: &Plan, surfaces: &[[Surface; 2]], held: &[[Vec<bool>; 2]]) -> Vec<Option<Pair>> {
+pub(super) fn pair_rows(
+    case: &Case,
+    plan: &Plan,
+    surfaces: &[[Surface; 2]],
+    held: &[[Vec<bool>; 2]],
+) -> Vec<Option<Pair>> {
     let mut pairs: Vec<Option<Pair>> = case.contacts.iter().map(|_| None).collect();
     for (i, &(pair, side, _)) in plan.ends.iter().enumerate() {
         if pairs[pair].is_none() {
@@ -62,11 +67,13 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     let (own, other) = (sides[multiplier], sides[1 - multiplier]);
     let reach = search_distance(contact, own, other, moduli, plan.floating(case, pair));
     let all = match case.alternation.transfer {
-        Transfer::Mortar => {
-            mortar::rows(own, other, &contact.gap, case.analysis.thickness(), f64::INFINITY)
-        }
+        Transfer::Mortar => mortar::rows(own, other, &contact.gap, case.analysis.thickness(), f64::INFINITY),
         Transfer::Pointwise => {
-            let rule = if contact.conjugate == Conjugate::Intersection { contact.conjugate } else { Conjugate::ClosestPoint };
+            let rule = if contact.conjugate == Conjugate::Intersection {
+                contact.conjugate
+            } else {
+                Conjugate::ClosestPoint
+            };
             let mut pairing = Pairing::new(sides, &contact.gap, rule);
             let conjugates = std::mem::take(&mut pairing.conjugates[multiplier]);
             crate::contact::pointwise(own, &conjugates, f64::INFINITY)
@@ -75,23 +82,42 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     // A row that supports hold on both sides carries a support's force, not a contact's.
     let held = [held[multiplier], held[1 - multiplier]];
     let is_held = |row: &Row| {
-        (0..2).all(|s| row.terms[s].iter().all(|&(node, _)| held[s].get(node as usize).copied().unwrap_or(true)))
+        (0..2).all(|s| {
+            row.terms[s].iter().all(|&(node, _)| held[s].get(node as usize).copied().unwrap_or(true))
+        })
     };
     let (rows, beyond): (Vec<Row>, Vec<Row>) =
         all.into_iter().filter(|row| !is_held(row)).partition(|row| row.gap <= reach);
     let mut nodes: Vec<u32> = rows.iter().flat_map(|r| r.terms[1].iter().map(|t| t.0)).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    let rigid = match contact.surfaces[1 - multiplier].body {
-        crate::case::BodyRef::Rigid(i) => Some(case.rigid[i].motion),
-        crate::case::BodyRef::Deformable(_) => None,
-    };
-    let rigid_motion =
-        rows.iter().map(|row| rigid.map_or(0.0, |u| -dot(&row.normal, &u))).collect();
-    Pair { multiplier, rows, beyond, moduli: [moduli[multiplier], moduli[1 - multiplier]], mortar_nodes: nodes.len(), rigid_motion }
+    let rigid = rigid_motion(case, pair, 1 - multiplier);
+    let rigid_motion = rows.iter().map(|row| rigid.map_or(0.0, |u| -dot(&row.normal, &u))).collect();
+    Pair {
+        multiplier,
+        rows,
+        beyond,
+        moduli: [moduli[multiplier], moduli[1 - multiplier]],
+        mortar_nodes: nodes.len(),
+        rigid_motion,
+    }
 }
 
-fn search_distance(contact: &ContactCase, own: &Surface, other: &Surface, moduli: [f64; 2], floating: bool) -> f64 {
+/// Motion of a rigid side of a pair at factor 1, m.
+pub(super) fn rigid_motion(case: &Case, pair: usize, side: usize) -> Option<[f64; 3]> {
+    match case.contacts[pair].surfaces[side].body {
+        BodyRef::Rigid(i) => Some(case.rigid[i].motion),
+        BodyRef::Deformable(_) => None,
+    }
+}
+
+fn search_distance(
+    contact: &ContactCase,
+    own: &Surface,
+    other: &Surface,
+    moduli: [f64; 2],
+    floating: bool,
+) -> f64 {
     match (contact.search_distance, &contact.gap) {
         (Some(distance), _) => distance,
         (None, Gap::Value(_)) => f64::INFINITY,
@@ -163,7 +189,12 @@ impl Shares {
 }
 
 /// Both surfaces of each end's pair, own side first. Collective on the roots.
-pub(super) fn both_surfaces(case: &Case, plan: &Plan, exchange: &Exchange, own: &[Surface]) -> Vec<[Surface; 2]> {
+pub(super) fn both_surfaces(
+    case: &Case,
+    plan: &Plan,
+    exchange: &Exchange,
+    own: &[Surface],
+) -> Vec<[Surface; 2]> {
     let packed: Vec<Vec<f64>> = own.iter().map(Surface::pack).collect();
     let received = exchange.swap(&packed);
     std::iter::zip(own, received)
@@ -196,5 +227,7 @@ pub(super) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Resul
         own.iter().map(|held| held.iter().map(|h| f64::from(u8::from(*h))).collect()).collect();
     let received = exchange.swap(&out);
     // Of a rigid surface nothing is received: all its nodes are held.
-    Ok(std::iter::zip(own, received).map(|(own, other)| [own, other.iter().map(|h| *h > 0.5).collect()]).collect())
+    Ok(std::iter::zip(own, received)
+        .map(|(own, other)| [own, other.iter().map(|h| *h > 0.5).collect()])
+        .collect())
 }
