@@ -7,16 +7,16 @@ pub(super) const ROUND_OFF: f64 = 1e-9;
 
 /// One contact condition: the mean gap over the support of a multiplier must not be negative.
 ///
-/// With c the coefficients of `terms`, n the outward normal of each side's own body and u the nodal displacements,
-/// the outward displacement of a side is w = sum_i c_i n . u_i, and the gap is `gap` - (w of both sides). A
-/// compressive force R, N, acts on the nodes of both sides with -R c_i n: the transposed operator, so that action
-/// equals reaction to round-off (METHOD: sum_i c_i = 1 on each side).
+/// With v the vectors of `terms` and u the nodal displacements, the outward displacement of a side is
+/// w = sum_i v_i . u_i, and the gap is `gap` - (w of both sides). A compressive force R, N, acts on the nodes of both
+/// sides with -R v_i: the transposed operator. The vectors of both sides together add up to zero, so that action equals
+/// reaction to round-off.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Node of the multiplier side's surface that the multiplier belongs to.
     pub node: u32,
-    /// Surface nodes and coefficients on the multiplier side and on the mortar side; each adds up to 1.
-    pub terms: [Vec<(u32, f64)>; 2],
+    /// Surface nodes and vectors v on the multiplier side and on the mortar side, outwards from the own body.
+    pub terms: [Vec<(u32, [f64; 3])>; 2],
     /// Unit normal, outwards from the multiplier side's body.
     pub normal: [f64; 3],
     /// Initial gap, m; negative is penetration.
@@ -33,7 +33,10 @@ pub fn pointwise(multiplier: &Surface, conjugates: &[Option<Conjugate>], search_
         .filter_map(|i| Some((i, conjugates.get(i)?.as_ref().filter(near)?)))
         .map(|(i, conjugate)| Row {
             node: i as u32,
-            terms: [vec![(i as u32, 1.0)], conjugate.terms.clone()],
+            terms: [
+                vec![(i as u32, conjugate.normal)],
+                conjugate.terms.iter().map(|&(k, c)| (k, conjugate.normal.map(|n| -c * n))).collect(),
+            ],
             normal: conjugate.normal,
             gap: conjugate.gap,
             area: multiplier.weights[i],

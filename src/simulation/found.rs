@@ -1,7 +1,7 @@
 //! What a driver found, end by end of the pairs, whichever driver it was.
 use super::rows::Pair;
 use crate::{
-    contact::{Surface, vector::combine},
+    contact::{Surface, vector::{combine, dot}},
     output::{HistoryRow, Reason, SideTable},
 };
 
@@ -96,7 +96,7 @@ impl EndFound {
             table.gap[i] = gaps[j];
             table.pressure[i] = force[j] / row.area;
             table.status[i] = if active[j] { 2 } else { 1 };
-            add_forces(&mut table, &row.terms[0], &row.normal, -force[j]);
+            add_forces(&mut table, &row.terms[0], force[j]);
             complementarity[0] = complementarity[0].max((table.pressure[i] * gaps[j]).abs());
             complementarity[1] =
                 complementarity[1].max(gaps[j].abs()).max(row.gap.abs()).max((row.gap - gaps[j]).abs());
@@ -122,11 +122,11 @@ impl EndFound {
         let mut table = empty_table(surface);
         let mut normal_forces = vec![0.0; surface.nodes.len()];
         for (row, force) in std::iter::zip(&data.rows, force) {
-            add_forces(&mut table, &row.terms[1], &row.normal, *force);
-            for &(node, c) in &row.terms[1] {
-                let i = node as usize;
+            add_forces(&mut table, &row.terms[1], *force);
+            for (node, v) in &row.terms[1] {
+                let i = *node as usize;
                 table.status[i] = table.status[i].max(if *force > 0.0 { 2 } else { 1 });
-                normal_forces[i] += c * force;
+                normal_forces[i] -= dot(v, &row.normal) * force;
             }
         }
         for (i, force) in normal_forces.iter().enumerate() {
@@ -163,10 +163,10 @@ pub(super) fn empty_table(surface: &Surface) -> SideTable {
     }
 }
 
-/// Adds c_i f n at the nodes of a row.
-fn add_forces(table: &mut SideTable, terms: &[(u32, f64)], normal: &[f64; 3], f: f64) {
-    for &(node, c) in terms {
-        let sum = &mut table.force[node as usize];
-        *sum = combine([(1.0, &*sum), (c * f, normal)]);
+/// Adds the force -f v_i at the nodes of a row.
+fn add_forces(table: &mut SideTable, terms: &[(u32, [f64; 3])], f: f64) {
+    for (node, v) in terms {
+        let sum = &mut table.force[*node as usize];
+        *sum = combine([(1.0, &*sum), (-f, v)]);
     }
 }

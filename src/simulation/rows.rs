@@ -92,7 +92,7 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     nodes.sort_unstable();
     nodes.dedup();
     let rigid = rigid_motion(case, pair, 1 - multiplier);
-    let rigid_motion = rows.iter().map(|row| rigid.map_or(0.0, |u| -dot(&row.normal, &u))).collect();
+    let rigid_motion = rows.iter().map(|row| rigid.map_or(0.0, |u| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum())).collect();
     Pair {
         multiplier,
         rows,
@@ -158,17 +158,17 @@ impl Shares {
             let Some(data) = &pairs[pair] else { continue };
             let place = plan.place(body);
             let is_multiplier = side == data.multiplier;
-            let (column, sign) = if is_multiplier { (0, 1.0) } else { (1, -1.0) };
+            let column = usize::from(!is_multiplier);
             let first = shares.body_rows[place].len();
             for row in &data.rows {
-                let terms = row.terms[column].iter().map(|&(node, c)| {
+                let terms = row.terms[column].iter().map(|&(node, v)| {
                     let node = plan.surfaces[i].nodes[node as usize];
                     let nodes = &mut shares.interface[place];
                     let at = *places[place].entry(node).or_insert_with(|| {
                         nodes.push(node);
                         nodes.len() - 1
                     });
-                    (at, row.normal.map(|n| sign * c * n))
+                    (at, v)
                 });
                 shares.body_rows[place].push(BodyRow { terms: terms.collect() });
             }

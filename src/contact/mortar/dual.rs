@@ -11,11 +11,6 @@ pub fn bernstein(n_nodes: usize, xi: f64) -> [f64; 3] {
     if n_nodes == 2 { [a, b, 0.0] } else { [a * a, b * b, 2.0 * a * b] }
 }
 
-/// Nodal displacements in the Bernstein coefficient `j`: u^_1 = u_1, u^_2 = u_2, u^_3 = 2 u_3 - (u_1 + u_2) / 2.
-pub fn nodal(j: usize) -> &'static [(usize, f64)] {
-    [&[(0, 1.0)][..], &[(1, 1.0)], &[(2, 2.0), (0, -0.5), (1, -0.5)]][j]
-}
-
 /// Coefficients T (n x n) in B_j(xi) = sum_l T_jl B_l(tau), tau from -1 to 1 as xi goes from `span[0]` to `span[1]`.
 /// Positive, hence free of cancellation, if the span lies in [-1, 1]. The inverse is that of the inverse map.
 fn restricted(n_nodes: usize, span: [f64; 2]) -> DMatrix<f64> {
@@ -93,10 +88,8 @@ impl Part {
             mass.cholesky()?.solve(&merged)
         };
         let functions = DMatrix::from_diagonal(&area) * functions;
-        let own =
-            if full { DMatrix::from_diagonal(&area) } else { &functions * &self.mass * local.transpose() };
         let nodes = (0..n).filter(|&i| carries[i]).collect();
-        Some(Dual { nodes, functions, own, area })
+        Some(Dual { nodes, functions, area })
     }
 }
 
@@ -107,8 +100,6 @@ pub struct Dual {
     pub nodes: Vec<usize>,
     /// psi_k = sum_l functions_kl b_l.
     pub functions: DMatrix<f64>,
-    /// int psi_k B_j dA.
-    pub own: DMatrix<f64>,
     /// int psi_k dA.
     pub area: DVector<f64>,
 }

@@ -4,7 +4,7 @@
 //! function of multiplier node j, D_j = int psi_j dA, u the displacement of the multiplier side, N_k the shape
 //! functions of the mortar side and g the distance between the surfaces along the normal field of the multiplier side,
 //!
-//! gap_j = int psi_j (g - u_n - sum_k N_k u_k,n) dA / D_j,  u_n outwards from each body.
+//! gap_j = int psi_j (g - n . (u - sum_k N_k u_k)) dA / D_j,  n the normal field of the multiplier side.
 //!
 //! All integrals run over the part of the multiplier side that has a partner, also those that make psi dual
 //! (consistent boundary modification, Cichosz and Bischoff 2011; Popp et al. 2012, 2013): a uniform pressure then gives
@@ -17,7 +17,12 @@ mod tests;
 
 pub use side::multiplier_side;
 
-use super::{Row, Surface, rows::ROUND_OFF, surface::line_shape, vector::combine, vector::unit};
+use super::{
+    Row, Surface,
+    rows::ROUND_OFF,
+    surface::line_shape,
+    vector::{combine, norm, sub, unit},
+};
 use crate::case;
 use dual::{Dual, Part};
 use nalgebra::{DMatrix, DVector};
@@ -78,8 +83,10 @@ struct Overlap<'a> {
     part: Part,
     /// Mortar nodes opposite.
     opposite: Vec<u32>,
-    /// int b N_k dA, a column per node opposite.
-    mixed: DMatrix<f64>,
+    /// int b N_i n dA, a column per node of the edge; one matrix per component of n.
+    own: [DMatrix<f64>; 3],
+    /// The same with the shape functions of the nodes opposite.
+    mixed: [DMatrix<f64>; 3],
     /// int b g dA.
     gap: DVector<f64>,
     /// Share of each node's B, integrated over the whole edge, that has a partner.
@@ -105,7 +112,8 @@ impl<'a> Overlap<'a> {
         opposite.sort_unstable();
         opposite.dedup();
         let mut part = Part::new(n, span);
-        let (mut mixed, mut gap) = (DMatrix::zeros(n, opposite.len()), DVector::zeros(n));
+        let zeros = |columns: usize| [(); 3].map(|()| DMatrix::zeros(n, columns));
+        let (mut own, mut mixed, mut gap) = (zeros(n), zeros(opposite.len()), DVector::zeros(n));
         for segment in &found {
             let nodes = &mortar.facets[segment.facet];
             let columns: Vec<usize> =
@@ -113,15 +121,21 @@ impl<'a> Overlap<'a> {
             let half = 0.5 * (segment.span[1] - segment.span[0]);
             for (at, weight) in GAUSS6 {
                 let xi = segment.span[0] + half * (1.0 + at);
-                let hit = segments.opposite(segment.facet, &edge.point(xi), &edge.normal(xi));
+                let normal = edge.normal(xi);
+                let hit = segments.opposite(segment.facet, &edge.point(xi), &normal);
                 let Some((eta, distance)) = hit else { continue };
                 let area = weight * half * edge.stretch(xi);
                 let b = part.basis(xi);
                 part.add(&b, area);
                 gap.axpy(area * distance, &b, 1.0);
-                let (shape, _) = line_shape(nodes.len(), eta);
-                for (&column, n_k) in columns.iter().zip(shape) {
-                    mixed.column_mut(column).axpy(area * n_k, &b, 1.0);
+                let ((shape, _), (own_shape, _)) = (line_shape(nodes.len(), eta), line_shape(n, xi));
+                for c in 0..3 {
+                    for (i, n_i) in own_shape.into_iter().enumerate().take(n) {
+                        own[c].column_mut(i).axpy(area * n_i * normal[c], &b, 1.0);
+                    }
+                    for (&column, n_k) in columns.iter().zip(shape) {
+                        mixed[c].column_mut(column).axpy(area * n_k * normal[c], &b, 1.0);
+                    }
                 }
             }
         }
@@ -132,7 +146,7 @@ impl<'a> Overlap<'a> {
         }
         let shares = part.areas().iter().zip(whole).map(|(area, whole)| area / whole).collect();
         let reaches = [span[0] <= -1.0 + 2.0 * SLIVER, span[1] >= 1.0 - 2.0 * SLIVER];
-        Some(Overlap { edge, part, opposite, mixed, gap, shares, reaches })
+        Some(Overlap { edge, part, opposite, own, mixed, gap, shares, reaches })
     }
 
     /// The edge's two end nodes.
@@ -143,20 +157,22 @@ impl<'a> Overlap<'a> {
     /// Adds the edge's integrals to those of its nodes' rows.
     fn add_to(&self, sums: &mut BTreeMap<u32, Sums>, dual: &Dual) {
         let nodes = self.edge.nodes();
-        let mixed = &dual.functions * &self.mixed;
+        let own = self.own.each_ref().map(|m| &dual.functions * m);
+        let mixed = self.mixed.each_ref().map(|m| &dual.functions * m);
         let gap = &dual.functions * &self.gap;
+        let add = |sum: &mut [f64; 3], m: &[DMatrix<f64>; 3], at: (usize, usize), sign: f64| {
+            (0..3).for_each(|c| sum[c] += sign * m[c][at]);
+        };
         for (k, &i) in dual.nodes.iter().enumerate() {
             let sum = sums.entry(nodes[i]).or_default();
             sum.area += dual.area[k];
             sum.gap += gap[k];
             sum.normal = combine([(1.0, &sum.normal), (dual.area[k], &self.edge.normals[i])]);
-            for j in 0..nodes.len() {
-                for &(node, factor) in dual::nodal(j) {
-                    *sum.terms[0].entry(nodes[node]).or_default() += factor * dual.own[(k, j)];
-                }
+            for (j, &node) in nodes.iter().enumerate() {
+                add(sum.terms[0].entry(node).or_default(), &own, (k, j), 1.0);
             }
-            for (&node, value) in self.opposite.iter().zip(mixed.row(k).iter()) {
-                *sum.terms[1].entry(node).or_default() += value;
+            for (j, &node) in self.opposite.iter().enumerate() {
+                add(sum.terms[1].entry(node).or_default(), &mixed, (k, j), -1.0);
             }
         }
     }
@@ -165,7 +181,7 @@ impl<'a> Overlap<'a> {
 /// Integrals of one row, not yet divided by its area.
 #[derive(Default)]
 struct Sums {
-    terms: [BTreeMap<u32, f64>; 2],
+    terms: [BTreeMap<u32, [f64; 3]>; 2],
     normal: [f64; 3],
     gap: f64,
     area: f64,
@@ -180,14 +196,22 @@ impl Sums {
             case::Gap::Value(value) => *value,
             case::Gap::Geometry { offset } => self.gap / self.area + offset,
         };
-        let terms = self.terms.map(|terms| {
-            let size = NEGLIGIBLE * self.area;
-            let kept: Vec<(u32, f64)> = terms.into_iter().filter(|t| t.1.abs() >= size).collect();
-            // The sum is the area up to round-off; after this it is one.
-            let sum: f64 = kept.iter().map(|t| t.1).sum();
-            kept.into_iter().map(|(node, value)| (node, value / sum)).collect()
+        let size = NEGLIGIBLE * self.area;
+        let mut terms = self.terms.map(|terms| -> Vec<(u32, [f64; 3])> {
+            let kept = terms.into_iter().filter(|(_, v)| norm(v) >= size);
+            kept.map(|(node, v)| (node, v.map(|c| c / self.area))).collect()
         });
+        balance(&mut terms);
         Some(Row { node, terms, normal: unit(&self.normal), gap, area: self.area * thickness })
+    }
+}
+
+/// Makes the vectors of the two sides cancel to round-off, as their integrals do: action equals reaction.
+fn balance(terms: &mut [Vec<(u32, [f64; 3])>; 2]) {
+    let sum = combine(terms.iter().flatten().map(|(_, v)| (1.0, v)));
+    let largest = terms[1].iter_mut().max_by(|a, b| norm(&a.1).total_cmp(&norm(&b.1)));
+    if let Some((_, v)) = largest {
+        *v = sub(v, &sum);
     }
 }
 
