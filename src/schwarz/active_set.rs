@@ -121,16 +121,33 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             Err(motion) => return Ok(Err(motion)),
         };
         self.alpha = alpha;
-        let guess = match warm {
-            Some(warm) if self.coupling.dot(warm, warm) > 0.0 => warm.to_vec(),
-            _ => start.clone(),
-        };
         if self.coupling.dot(&start, &start) == 0.0 {
             return Ok(Ok(self.outcome(Reason::Open)));
         }
+        let guess = match warm {
+            Some(warm) if self.coupling.dot(warm, warm) > 0.0 => warm.to_vec(),
+            _ => self.one_sided_guess(&start)?,
+        };
         self.active = guess.iter().map(|r| *r > 0.0).collect();
         let reason = self.iterate(guess, &start, &mut progress)?;
         Ok(Ok(self.outcome(reason)))
+    }
+
+    /// Each pair's softer body pressed against the other one held fast. Where the two are alike up to a factor, as
+    /// bodies that only dent are, the set of active rows is that of the solution. Rows whose body has no answer keep
+    /// the springs' forces.
+    fn one_sided_guess(&mut self, start: &[f64]) -> Result<Vec<f64>> {
+        for (lead, rows) in std::iter::zip(&mut self.lead, self.rows) {
+            let mortar_is_softer = rows.compliance_ratio < 1.0 && !rows.mortar_is_coarse;
+            *lead = if mortar_is_softer { Lead::Mortar } else { Lead::Multiplier };
+        }
+        let gap: Vec<f64> = (0..self.coupling.n).map(|j| self.gap_at(j)).collect();
+        let mut guess = self.coupling.unilateral_step(&gap, &self.lead)?;
+        std::iter::zip(&mut guess, start).filter(|(g, _)| g.is_nan()).for_each(|(g, s)| *g = *s);
+        if self.coupling.dot(&guess, &guess) == 0.0 {
+            guess = start.to_vec();
+        }
+        Ok(guess)
     }
 
     fn outcome(&mut self, reason: Reason) -> Outcome {

@@ -1,7 +1,10 @@
 //! What a driver found, end by end of the pairs, whichever driver it was.
 use super::rows::Pair;
 use crate::{
-    contact::{Surface, vector::{combine, dot}},
+    contact::{
+        Surface,
+        vector::{combine, dot},
+    },
     output::{HistoryRow, Reason, SideTable},
 };
 

@@ -92,7 +92,10 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     nodes.sort_unstable();
     nodes.dedup();
     let rigid = rigid_motion(case, pair, 1 - multiplier);
-    let rigid_motion = rows.iter().map(|row| rigid.map_or(0.0, |u| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum())).collect();
+    let rigid_motion = rows
+        .iter()
+        .map(|row| rigid.map_or(0.0, |u| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()))
+        .collect();
     Pair {
         multiplier,
         rows,
