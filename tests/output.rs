@@ -160,7 +160,11 @@ fn write_standard(world: &SimpleCommunicator, path: &Path) -> kontakt::Result<()
     let (rank, size) = (world.rank(), world.size());
     let (piece, pairs, run) = (piece(rank), pairs(rank, size), run_info(Units::Si));
     let history = if rank == 0 { history() } else { vec![] };
-    write(world, path, &ResultFile { piece: &piece, pairs: &pairs, before: &[], history: &history, run: &run })
+    write(
+        world,
+        path,
+        &ResultFile { piece: &piece, pairs: &pairs, before: &[], history: &history, run: &run },
+    )
 }
 
 fn check_standard(path: &Path, ranks: i32) {
