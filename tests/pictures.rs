@@ -66,6 +66,7 @@ fn results(piece: Piece, pairs: Vec<PairTables>, title: &str, units: Units) -> R
         alternations: 24,
         tolerance: 1e-8,
         steps: None,
+        rigid: Vec::new(),
     };
     Results { piece, partitions: vec![[0, 0]], pairs, before: Vec::new(), history, run }
 }
@@ -290,6 +291,15 @@ fn a_rigid_side_has_no_table() {
     let mut results = punch(ElementKind::Quad8, Units::Si);
     results.history = active_set_history(1, &[7, 6, 40, 9, 12], &[20, 17, 15, 14, 14]);
     results.pairs[0].sides[1] = None;
+    // A block under the beam, and a disc on its end.
+    let corners = [[0.0, -0.07], [-0.05, -0.07], [-0.05, -0.0405], [-0.02, -0.0405], [-0.02, -0.06]];
+    let block: Vec<[f64; 3]> = corners.iter().rev().map(|c| [c[0], c[1], 0.0]).collect();
+    let angle = |i: i32| f64::from(i) * std::f64::consts::TAU / 60.0;
+    let disc = |i: i32| [0.045 + 0.01 * angle(i).cos(), 0.0105 + 0.01 * angle(i).sin(), 0.0];
+    results.run.rigid = vec![
+        Outline { body: "block".into(), points: block, motion: [0.0; 3] },
+        Outline { body: "disc".into(), points: (0..=60).map(disc).collect(), motion: [0.0, -1e-5, 0.0] },
+    ];
     draw_in("rigid", &results, &STYLE, |directory| {
         let pressure = std::fs::read_to_string(directory.join("pressure.svg")).unwrap();
         assert!(pressure.contains("upper.bottom") && !pressure.contains("lower.top<"));

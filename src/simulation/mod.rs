@@ -101,6 +101,7 @@ pub fn run(
         alternations: header.1,
         tolerance: case.alternation.tolerance,
         steps: None,
+        rigid: Vec::new(),
     };
     let file = directory.join(output::RESULT);
     let result =

@@ -39,7 +39,7 @@ pub(super) fn draw(results: &Results, style: &OutputCase) -> Result<Option<Vec<u
     let magnification = style.magnification.unwrap_or_else(|| scene.magnification());
     let window = match style.window {
         Some([low, high]) => Window { low, high },
-        None => scene.bounds(magnification).widened(0.03),
+        None => scene.window(magnification),
     };
     let zoom = contact_window(results, &scene, &window);
     let panels = arrange(window, magnification, zoom);

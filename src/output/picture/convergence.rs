@@ -34,6 +34,8 @@ pub(super) fn draw(results: &Results) -> Result<Option<String>> {
     let (from, to) = (0.5, history.len() as f64 + 0.5);
     let most = history.iter().map(|row| row.active).max().unwrap_or(0).max(1) as f64 * 1.15;
     let marks = Marks::new(history);
+    // Room for the numbers of the steps.
+    let high = if marks.are_labelled() { 10.0 * high } else { high };
     let stroke = |k: usize| CURVES[k].stroke_width(2);
     let (thin, dashes, dots) =
         (CURVES[2].mix(0.6).stroke_width(2), INK.stroke_width(1), MARK.stroke_width(1));
@@ -107,20 +109,20 @@ pub(super) fn draw(results: &Results) -> Result<Option<String>> {
             let style = style.pos(Pos::new(HPos::Left, VPos::Top));
             // Just inside the upper left corner of the step's part of the chart.
             let at = (x + 0.008 * (to - from), high * (low / high).powf(0.012));
-            if marks.steps.len() <= 12 {
+            if marks.are_labelled() {
                 let label = Text::new(format!("step {step}"), at, style);
                 chart.draw_series(std::iter::once(label)).map_err(failed)?;
             }
         }
-        let rows = || (1..).map(f64::from).zip(history);
-        let active = rows().map(|(x, row)| (x, row.active as f64));
-        chart.draw_secondary_series(LineSeries::new(active, thin)).map_err(failed)?;
+        for part in parts(history, |row| Some(row.active as f64)) {
+            chart.draw_secondary_series(LineSeries::new(part, thin)).map_err(failed)?;
+        }
         let line = DashedLineSeries::new([(from, tolerance), (to, tolerance)], 7, 5, dashes);
         chart.draw_series(line).map_err(failed)?;
         let jump = (0, (|row| row.displacement_jump) as Column);
         let imbalance = (1, (|row| row.force_imbalance) as Column);
         for (colour, column) in [jump, imbalance] {
-            for part in parts(history, column) {
+            for part in parts(history, |row| shown(column(row))) {
                 if history.len() <= MARKERS || part.len() == 1 {
                     let dots = part.iter().map(|p| Circle::new(*p, 3, CURVES[colour].filled()));
                     chart.draw_series(dots).map_err(failed)?;
@@ -158,6 +160,11 @@ struct Marks {
 }
 
 impl Marks {
+    /// True if the steps are few enough for a label each.
+    fn are_labelled(&self) -> bool {
+        (2..=12).contains(&self.steps.len())
+    }
+
     fn new(history: &[HistoryRow]) -> Self {
         let (mut updates, mut steps) = (Vec::new(), Vec::new());
         for (i, row) in history.iter().enumerate() {
@@ -177,11 +184,11 @@ impl Marks {
 }
 
 /// The curve of a column, broken where a step begins and where there is no number.
-fn parts(history: &[HistoryRow], column: Column) -> Vec<Vec<(f64, f64)>> {
+fn parts(history: &[HistoryRow], value: impl Fn(&HistoryRow) -> Option<f64>) -> Vec<Vec<(f64, f64)>> {
     let mut parts = vec![Vec::new()];
     let mut step = None;
     for (x, row) in (1..).map(f64::from).zip(history) {
-        let point = shown(column(row));
+        let point = value(row);
         if point.is_none() || step != Some(row.step) {
             parts.push(Vec::new());
         }
@@ -214,7 +221,7 @@ mod tests {
         ];
         let marks = Marks::new(&history);
         assert_eq!((marks.updates, marks.steps), (vec![2.5, 4.5], vec![(0.5, 1), (3.5, 2)]));
-        let parts = parts(&history, |row| row.displacement_jump);
+        let parts = parts(&history, |row| shown(row.displacement_jump));
         assert_eq!(parts, [vec![(1.0, 1.0), (2.0, 0.1), (3.0, 0.2)], vec![(4.0, 0.5)], vec![(6.0, 0.1)]]);
         assert!(Marks::new(&history[..3]).steps.is_empty());
     }
