@@ -53,6 +53,34 @@ impl<'a> Curve<'a> {
     }
 }
 
+impl Curve<'_> {
+    /// The line from one end of a range to the other: coordinate, m, and pressure, Pa.
+    pub fn within(&self, from: f64, to: f64) -> Vec<(f64, f64)> {
+        let mut line = Vec::new();
+        let mut push = |s: f64, pressure: f64| {
+            if (from..=to).contains(&s) {
+                line.push((s, pressure));
+            }
+        };
+        for (i, p) in self.points.iter().enumerate() {
+            push(p.s, p.pressure);
+            let Some(q) = self.points.get(i + 1) else { continue };
+            // Where the line to the next node enters and leaves the range.
+            let mut cuts = [from, to];
+            if q.s < p.s {
+                cuts.reverse();
+            }
+            for s in cuts {
+                let t = (s - p.s) / (q.s - p.s);
+                if t > 0.0 && t < 1.0 {
+                    push(s, p.pressure + t * (q.pressure - p.pressure));
+                }
+            }
+        }
+        line
+    }
+}
+
 /// The curves of a pair: its sides, or the side that carries the pressure after up to six load steps.
 pub(super) fn curves(results: &Results, pair: usize) -> Vec<Curve<'_>> {
     let before = results.before.iter().map(|state| &state.pairs[pair]);
@@ -69,7 +97,8 @@ fn sides(pair: &PairTables) -> Vec<Curve<'_>> {
     let curve = |&side: &usize| {
         let table = pair.sides[side].as_ref()?;
         // The second side is drawn thinner and smaller, upon the first.
-        let style = (CURVES[side], 4 - 2 * side as u32, 6 - 3 * side as i32);
+        let (width, dot) = [(4, 6), (2, 3)][if drawn.len() == 1 { 1 } else { side }];
+        let style = (CURVES[side], width, dot);
         Some(Curve::new(side, pair.surfaces[side].clone(), table, style))
     };
     let mut curves: Vec<_> = drawn.iter().filter_map(curve).collect();
@@ -193,6 +222,17 @@ mod tests {
         assert!(carriers(&[&pair([None, Some(SideTable::default())])]).is_empty());
         let all_open = pair([side([0; 3]), None]);
         assert_eq!(sides(&all_open)[0].points.len(), 3);
+    }
+
+    #[test]
+    fn a_line_ends_at_the_ends_of_the_range() {
+        let mut side = table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], [1; 3]);
+        side.pressure = vec![0.0, 2.0, 6.0];
+        let mut curve = Curve::new(0, String::new(), &side, (CURVES[0], 1, 1));
+        assert_eq!(curve.within(0.5, 1.5), [(0.5, 1.0), (1.0, 2.0), (1.5, 4.0)]);
+        curve.place(vec![2.0, 1.0, 0.0]);
+        assert_eq!(curve.within(0.5, 1.5), [(1.5, 1.0), (1.0, 2.0), (0.5, 4.0)]);
+        assert_eq!(curve.within(1.25, 1.5), [(1.5, 1.0), (1.25, 1.5)]);
     }
 
     #[test]

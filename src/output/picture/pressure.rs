@@ -1,6 +1,6 @@
 //! `pressure.svg`: contact pressure along the surface, a panel for each pair: both sides, or one side after
 //! several load steps.
-use super::curve::{Curve, curves, range};
+use super::curve::{Curve, Point, curves, range};
 use super::legend::{Legend, Symbol};
 use super::scale::{Ticks, Unit};
 use super::{FONT, GRID, INK, failed, title};
@@ -104,15 +104,13 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, results: &Re
         .draw()
         .map_err(failed)?;
     for curve in curves {
-        let points = curve.points.iter().filter(|point| (from..=to).contains(&point.s));
-        let all: Vec<_> =
-            points.map(|point| (point.s / s.factor, point.pressure / p.factor, point.touches)).collect();
-        let line = all.iter().map(|&(s, pressure, _)| (s, pressure));
+        let shown = |(x, pressure): (f64, f64)| (x / s.factor, pressure / p.factor);
+        let line = curve.within(from, to).into_iter().map(shown);
         chart.draw_series(LineSeries::new(line, curve.stroke)).map_err(failed)?;
-        let touching = all.iter().filter(|(.., touches)| *touches);
-        let dots =
-            touching.map(|&(s, pressure, _)| Circle::new((s, pressure), curve.dot, curve.colour.filled()));
-        chart.draw_series(dots).map_err(failed)?;
+        let touching = curve.points.iter().filter(|point| point.touches && (from..=to).contains(&point.s));
+        let dot =
+            |point: &Point| Circle::new(shown((point.s, point.pressure)), curve.dot, curve.colour.filled());
+        chart.draw_series(touching.map(dot)).map_err(failed)?;
     }
     Ok(())
 }
