@@ -152,6 +152,7 @@ fn run_info(units: Units) -> RunInfo {
         alternations: 3,
         tolerance: 1e-8,
         steps: None,
+        rigid: Vec::new(),
     }
 }
 
@@ -292,7 +293,12 @@ fn stepped_run() -> RunInfo {
         step(1, None, Reason::Stalled),
         step(2, Some("cool"), Reason::Converged),
     ];
-    RunInfo { text: "a".into(), alternations: 12, steps: Some(steps), ..run_info(Units::Si) }
+    let rigid = vec![Outline {
+        body: "anvil".into(),
+        points: vec![[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        motion: [0.0, 1e-3, 0.0],
+    }];
+    RunInfo { text: "a".into(), alternations: 12, steps: Some(steps), rigid, ..run_info(Units::Si) }
 }
 
 fn stepped_history() -> Vec<HistoryRow> {

@@ -65,7 +65,7 @@ pub fn run(
         }
     }
     let writing = Instant::now();
-    let info = run.info(case);
+    let info = run.info(case, &plan);
     let file = directory.join(output::RESULT);
     let before = if case.steps.is_empty() { &[][..] } else { &run.before };
     let result =
@@ -223,7 +223,9 @@ impl Run {
         Ok(())
     }
 
-    fn info(&self, case: &Case) -> RunInfo {
+    /// Collective.
+    fn info(&self, case: &Case, plan: &Plan) -> RunInfo {
+        let supports = self.steps.last().map_or(1.0, |s| s.supports);
         let steps = self.steps.iter().map(|s| LoadStep {
             name: s.name.clone(),
             loads: s.loads,
@@ -241,6 +243,7 @@ impl Run {
             units: case.units,
             analysis: case.analysis,
             bodies: case.bodies.iter().map(|b| b.name.clone()).collect(),
+            rigid: plan.outlines(case, supports),
             reason: self.reason,
             alternations: self.counts[0],
             tolerance: case.alternation.tolerance,
