@@ -407,6 +407,41 @@ fn loads_supports_and_temperature_superpose() {
     });
 }
 
+/// PETSc options of the body reach its factor; a solver of the user's choice is kept, and answers the same.
+#[test]
+fn options_of_the_body_count() {
+    on_ranks("options_of_the_body_count", |group| {
+        let scenes = scenes();
+        let build = |scene: &Scene, kind| {
+            let case = &scene.case;
+            Body::new(&case.bodies[0], case.analysis, &scene.mesh, group, &scene.interface, kind).unwrap()
+        };
+        let unused = || kontakt::petsc::option_prefixes_left("body_b_").unwrap();
+        kontakt::petsc::set_options("-body_b_mat_mumps_icntl_7 0").unwrap();
+        assert_eq!(unused().len(), 1);
+        let scene = &scenes[0];
+        let mut condensed = build(scene, ResponseKind::Automatic);
+        assert!(condensed.is_condensed() && unused().is_empty(), "{:?}", unused());
+        kontakt::petsc::set_options("-body_b_ksp_type cg -body_b_pc_type gamg -body_b_ksp_rtol 1e-12")
+            .unwrap();
+        let mut by_solver = build(scene, ResponseKind::Automatic);
+        assert!(!by_solver.is_condensed());
+        let mut answers = Vec::new();
+        for body in [&mut condensed, &mut by_solver] {
+            let rows = if group.rank() == 0 { scene.rows(false) } else { Vec::new() };
+            let mut response = body.respond(group, rows).unwrap();
+            drive(group, &mut response, |r| {
+                let n = r.n_rows();
+                answers.push(r.force_step(&noise(n, 1.0)).unwrap());
+                assert!(r.displacement_step(&noise(n, 1.0), &vec![true; n]).is_ok());
+            });
+        }
+        if group.rank() == 0 {
+            assert_close(&answers[0], &answers[1], 1e-9, "CG with GAMG");
+        }
+    });
+}
+
 /// Material data over temperature: the stiffness follows the factor.
 #[test]
 fn a_hotter_step_has_another_stiffness() {
