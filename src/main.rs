@@ -171,12 +171,15 @@ fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<
             "{verdict} ({}) after {} alternations: {} Residual {:.1e}, {:.2} s",
             summary.reason.name(),
             summary.alternations,
-            summary.reason.explanation(),
+            summary.reason.explanation(summary.driver),
             summary.residual,
             summary.seconds.total
         );
         if !summary.converged {
-            println!("{}", summary.reason.advice());
+            println!("{}", summary.reason.advice(summary.driver));
+        }
+        for line in &summary.diagnosis {
+            println!("{line}");
         }
         println!("results in {} (picture: {})", directory.display(), directory.join("bodies.png").display());
     }
@@ -184,6 +187,9 @@ fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<
 }
 
 fn print_row(row: &HistoryRow, terminal: bool) {
+    if row.alternation == 1 && row.step > 1 {
+        eprintln!("step {}", row.step);
+    }
     if terminal && row.alternation == 1 {
         eprintln!("alternation  displacement jump  force imbalance  active  contraction");
     }

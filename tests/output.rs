@@ -112,13 +112,29 @@ fn pairs(rank: i32, size: i32) -> Vec<PairTables> {
 }
 
 fn history() -> Vec<HistoryRow> {
+    let pair = |i: u64, p: u64| PairRow {
+        gap: 1e-9 * (i + 2 * p) as f64,
+        penetration: 1e-8 / (i + p + 1) as f64,
+        active: 3 + i + p,
+        open: 9 - i,
+        flips: p,
+        force_imbalance: 1e-13,
+        contraction: 0.2 + 0.1 * p as f64,
+    };
     let row = |i: u64| HistoryRow {
+        step: 1,
         alternation: i + 1,
+        update: i / 2 + 1,
         displacement_jump: 0.1f64.powi(i as i32),
         force_imbalance: 1e-12,
+        penetration: 1e-7 * 0.5f64.powi(i as i32),
+        gap: 1e-8 * 0.5f64.powi(i as i32),
         active: 7 + i,
+        open: 20 - i,
+        flips: i % 2,
         contraction: 0.1,
         seconds: i as f64 * 0.5,
+        pairs: vec![pair(i, 0), pair(i, 1)],
     };
     (0..3).map(row).collect()
 }
@@ -135,6 +151,7 @@ fn run_info(units: Units) -> RunInfo {
         reason: Reason::Converged,
         alternations: 3,
         tolerance: 1e-8,
+        steps: None,
     }
 }
 
@@ -143,7 +160,11 @@ fn write_standard(world: &SimpleCommunicator, path: &Path) -> kontakt::Result<()
     let (rank, size) = (world.rank(), world.size());
     let (piece, pairs, run) = (piece(rank), pairs(rank, size), run_info(Units::Si));
     let history = if rank == 0 { history() } else { vec![] };
-    write(world, path, &ResultFile { piece: &piece, pairs: &pairs, history: &history, run: &run })
+    write(
+        world,
+        path,
+        &ResultFile { piece: &piece, pairs: &pairs, before: &[], history: &history, run: &run },
+    )
 }
 
 fn check_standard(path: &Path, ranks: i32) {
@@ -186,6 +207,7 @@ fn check_standard(path: &Path, ranks: i32) {
         assert_eq!(format!("{read:?}"), format!("{table:?}"));
     }
     assert_eq!(read.history, history());
+    assert!(read.before.is_empty());
     assert_eq!(format!("{:?}", read.run), format!("{:?}", run_info(Units::Si)));
 }
 
@@ -206,6 +228,143 @@ fn every_dataset_comes_back() {
             keep(&directory.join(RESULT), &format!("standard-{ranks}.vtkhdf"));
         },
     );
+}
+
+/// Layout of a file without load steps: every group and dataset, with the shape of those that do not depend on the
+/// ranks.
+#[test]
+fn without_steps_nothing_of_them_is_stored() {
+    on_ranks(
+        "without_steps_nothing_of_them_is_stored",
+        &[1],
+        |world, directory| write_standard(world, &directory.join(RESULT)).unwrap(),
+        |directory, _| {
+            let file = hdf5::File::open(directory.join(RESULT)).unwrap();
+            let names = |group: &str| file.group(group).unwrap().member_names().unwrap().join(" ");
+            assert_eq!(names("/"), "VTKHDF contact history run");
+            assert_eq!(
+                names("VTKHDF"),
+                "CellData Connectivity FieldData NumberOfCells NumberOfConnectivityIds NumberOfPoints Offsets \
+                 PointData Points Types"
+            );
+            let version = file.group("VTKHDF").unwrap().attr("Version").unwrap().read_raw::<i64>().unwrap();
+            assert_eq!(version, [1, 0]);
+            assert_eq!(names("contact/p_1 ä/a"), "force gap normal pressure s status x");
+            assert_eq!(
+                names("history"),
+                "active alternation contraction displacement_jump flips force_imbalance gap open pairs penetration \
+                 seconds update"
+            );
+            assert_eq!(
+                names("history/pairs/q"),
+                "active contraction flips force_imbalance gap open penetration"
+            );
+        },
+    );
+}
+
+/// The results of step `k` (0, 1, ...) of three: those of the standard file, moved.
+fn state(rank: i32, size: i32, k: usize) -> State {
+    let Piece { mut point_fields, mut cell_fields, .. } = piece(rank);
+    let fields = point_fields.iter_mut().chain(&mut cell_fields);
+    fields.flat_map(|field| &mut field.values).for_each(|value| *value += 1e6 * k as f64);
+    let mut pairs = pairs(rank, size);
+    for table in pairs.iter_mut().flat_map(|pair| pair.sides.iter_mut().flatten()) {
+        table.pressure.iter_mut().for_each(|p| *p += 100.0 * k as f64);
+        table.normal.iter_mut().for_each(|n| n[2] += k as f64);
+        table.status.iter_mut().for_each(|s| *s = (*s + k as i32) % 3);
+    }
+    State { point_fields, cell_fields, pairs }
+}
+
+fn stepped_run() -> RunInfo {
+    let step = |k: u64, name: Option<&str>, reason| LoadStep {
+        name: name.map(Into::into),
+        loads: 0.5 * k as f64,
+        supports: 1.0,
+        temperature: 1.0 - 0.25 * k as f64,
+        reason,
+        alternations: 3 + k,
+        updates: k,
+    };
+    let steps = vec![
+        step(0, Some("press ä"), Reason::Converged),
+        step(1, None, Reason::Stalled),
+        step(2, Some("cool"), Reason::Converged),
+    ];
+    RunInfo { text: "a".into(), alternations: 12, steps: Some(steps), ..run_info(Units::Si) }
+}
+
+fn stepped_history() -> Vec<HistoryRow> {
+    let of_step = |step| history().into_iter().map(move |row| HistoryRow { step, ..row });
+    (1..=3).flat_map(of_step).collect()
+}
+
+#[test]
+fn load_steps_come_back() {
+    on_ranks(
+        "load_steps_come_back",
+        &[1, 2, 3],
+        |world, directory| {
+            let (rank, size) = (world.rank(), world.size());
+            let State { point_fields, cell_fields, pairs } = state(rank, size, 2);
+            let piece = Piece { point_fields, cell_fields, ..piece(rank) };
+            let before = [state(rank, size, 0), state(rank, size, 1)];
+            let (history, run) = (stepped_history(), stepped_run());
+            let file =
+                ResultFile { piece: &piece, pairs: &pairs, before: &before, history: &history, run: &run };
+            write(world, &directory.join(RESULT), &file).unwrap();
+            // A step without its results is refused, on all ranks.
+            let file = ResultFile { before: &before[..1], ..file };
+            let e = write(world, &directory.join(RESULT), &file).unwrap_err();
+            assert!(e.to_string().contains("every step"), "{e}");
+        },
+        |directory, ranks| {
+            let path = directory.join(RESULT);
+            check_steps(&path, ranks as i32);
+            assert_eq!(names(directory), [RESULT]);
+            keep(&path, &format!("steps-{ranks}.vtkhdf"));
+        },
+    );
+}
+
+fn check_steps(path: &Path, ranks: i32) {
+    let read = Results::read(path).unwrap();
+    assert_eq!(format!("{:?}", read.run), format!("{:?}", stepped_run()));
+    assert!(!read.run.converged(), "one step did not");
+    assert_eq!(read.history, stepped_history());
+    assert_eq!(read.before.len(), 2);
+    for k in 0..3 {
+        let expected: Vec<State> = (0..ranks).map(|rank| state(rank, ranks, k)).collect();
+        let (points, cells, pairs) = match read.before.get(k) {
+            Some(state) => (&state.point_fields, &state.cell_fields, &state.pairs),
+            None => (&read.piece.point_fields, &read.piece.cell_fields, &read.pairs),
+        };
+        let join = |fields: fn(&State) -> &Vec<Field>, i: usize| -> Vec<f64> {
+            expected.iter().flat_map(|state| fields(state)[i].values.clone()).collect()
+        };
+        for (i, field) in points.iter().enumerate() {
+            assert_eq!(field.values, join(|state| &state.point_fields, i), "step {k} {}", field.name);
+        }
+        for (i, field) in cells.iter().enumerate() {
+            assert_eq!(field.values, join(|state| &state.cell_fields, i), "step {k} {}", field.name);
+        }
+        let pair = pairs.iter().find(|pair| pair.name == "p/1 ä").unwrap();
+        for side in 0..2 {
+            let held = expected.iter().find_map(|state| state.pairs[0].sides[side].as_ref());
+            assert_eq!(pair.sides[side].as_ref(), held, "step {k}");
+        }
+    }
+    // What VTK's reader goes by.
+    let steps = hdf5::File::open(path).unwrap().group("VTKHDF/Steps").unwrap();
+    let column = |name: &str| steps.dataset(name).unwrap().read_raw::<i64>().unwrap();
+    let n_points = read.piece.points.len() as i64;
+    assert_eq!(steps.attr("NSteps").unwrap().read_scalar::<i64>().unwrap(), 3);
+    assert_eq!(column("NumberOfParts"), [i64::from(ranks); 3]);
+    assert_eq!(column("PartOffsets"), [0; 3]);
+    assert_eq!(steps.dataset("CellOffsets").unwrap().shape(), [3, 1]);
+    assert_eq!(column("PointDataOffsets/stress"), [0, n_points, 2 * n_points]);
+    assert_eq!(column("CellDataOffsets/body"), [0; 3]);
 }
 
 /// Copies a file to `KONTAKT_KEEP`, if set, to look at it with other tools.
@@ -230,7 +389,7 @@ fn consistent_units_are_not_labelled() {
         &[1],
         |world, directory| {
             let (piece, run) = (piece(0), run_info(Units::Consistent));
-            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
             write(world, &directory.join(RESULT), &file).unwrap();
         },
         |directory, _| {
@@ -253,7 +412,7 @@ fn an_error_on_one_rank_is_returned_on_all() {
             if world.rank() == 2 {
                 piece.point_fields[1].values.pop();
             }
-            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
             let e = write(world, &directory.join(RESULT), &file).unwrap_err();
             assert!(e.to_string().contains("\"stress\" has the wrong length"), "{e}");
             // One rank has a field of another name.
@@ -261,7 +420,7 @@ fn an_error_on_one_rank_is_returned_on_all() {
                 piece.point_fields[1].values.push(0.0);
                 piece.point_fields[0].name = "other".into();
             }
-            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
             let e = write(world, &directory.join(RESULT), &file).unwrap_err();
             assert!(e.to_string().contains("differ between ranks"), "{e}");
             // The directory is not there: wrong input.
@@ -301,7 +460,7 @@ fn a_full_disk_ends_all_ranks_alike() {
             let path = directory.join(RESULT);
             write_standard(world, &path).unwrap();
             let (piece, run) = (big_piece(200_000), run_info(Units::Si));
-            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
             if world.rank() == 0 {
                 limit_file_size(2_000_000);
             }
@@ -333,7 +492,7 @@ fn a_killed_run_leaves_no_file_that_looks_complete() {
                 .unwrap();
                 world.barrier();
                 let (piece, run) = (big_piece(200_000), run_info(Units::Si));
-                let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+                let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
                 loop {
                     write(world, &directory.join(RESULT), &file).unwrap();
                 }

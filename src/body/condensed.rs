@@ -17,6 +17,9 @@ use std::{rc::Rc, time::Instant};
 /// Modes whose stiffness on the active rows is below this share of the largest are not seen by them.
 const UNSEEN: f64 = 1e-12;
 
+/// Updates of the active set after which a unilateral step is given up: it is only a guess.
+const UNILATERAL_UPDATES: usize = 60;
+
 /// The answer; without rows on ranks other than the first.
 pub struct Condensed {
     pub(super) values: RowValues,
@@ -101,6 +104,31 @@ impl Condensed {
         }
         std::iter::zip(&step.active, r).for_each(|(&i, r)| force[i] = r);
         Ok(force)
+    }
+
+    /// The complementarity problem on the chosen rows by a primal-dual active set; `None` if it does not settle, or the
+    /// body has free modes.
+    pub(super) fn unilateral_step(&self, gap: &[f64], chosen: &[bool]) -> Result<Option<Vec<f64>>> {
+        let n = gap.len();
+        if !self.values.modes.is_empty() {
+            return Ok(None);
+        }
+        let mut active: Vec<usize> = (0..n).filter(|&i| chosen[i] && gap[i] < 0.0).collect();
+        for _ in 0..UNILATERAL_UPDATES {
+            let mut force = vec![0.0; n];
+            let mut r: Vec<f64> = active.iter().map(|&i| -gap[i]).collect();
+            self.compliance.principal(&active).regular_cholesky()?.solve(&mut r)?;
+            active.iter().zip(r).for_each(|(&i, r)| force[i] = r);
+            let inward = self.compliance.times(&force)?;
+            let stays = |i: usize| if force[i] == 0.0 { inward[i] + gap[i] < 0.0 } else { force[i] > 0.0 };
+            let next: Vec<usize> = (0..n).filter(|&i| chosen[i] && stays(i)).collect();
+            let settled = next == active;
+            active = next;
+            if settled {
+                return Ok(Some(force));
+            }
+        }
+        Ok(None)
     }
 
     pub(super) fn interface_displacements(&self, force: &[f64], alpha: &[f64]) -> Result<Vec<[f64; 3]>> {

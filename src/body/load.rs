@@ -37,6 +37,8 @@ pub(super) struct Loads {
     pub prescribed: Vec<f64>,
     /// Work of the loads on the free rigid modes at factor 1, J.
     pub mode_work: Vec<f64>,
+    /// Sum of the absolute works, J.
+    pub mode_scale: Vec<f64>,
     /// Right-hand side of the current step without contact forces, in the nodes' frames.
     pub current: Vec<f64>,
     /// The same condensed to the interface, on the first rank, once it has been asked for.
@@ -109,16 +111,26 @@ impl Body {
         Ok(self.loads.condensed.clone().unwrap_or_default())
     }
 
-    /// Work at factor 1 of the external forces on each mode, J. Collective.
-    pub(super) fn work_on_modes(&self, group: &SimpleCommunicator) -> Vec<f64> {
+    /// Sum of the absolute works of the loads' nodal forces on each mode, J: what round-off is measured against.
+    pub fn mode_scale(&self) -> Vec<f64> {
+        self.loads.mode_scale.iter().map(|e| self.loads.factors.loads.abs() * e).collect()
+    }
+
+    /// Work at factor 1 of the external forces on each mode, and the sum of the absolute works, J. Collective.
+    pub(super) fn work_on_modes(&self, group: &SimpleCommunicator) -> [Vec<f64>; 2] {
         let (part, dim) = (&self.part, self.part.dim);
-        let mut work = vec![0.0; self.free.modes.len()];
+        let n = self.free.modes.len();
+        let mut work = vec![0.0; 2 * n];
         for (i, force) in self.loads.external.chunks_exact(dim).enumerate() {
-            for (k, work) in work.iter_mut().enumerate() {
+            for k in 0..n {
                 let mode = self.free.at(k, part.original[i], &part.points[i]);
-                *work += std::iter::zip(force, mode).map(|(f, m)| f * m).sum::<f64>();
+                for (f, m) in std::iter::zip(force, mode) {
+                    work[k] += f * m;
+                    work[n + k] += (f * m).abs();
+                }
             }
         }
-        parallel::sum(group, &work)
+        let work = parallel::sum(group, &work);
+        [work[..n].to_vec(), work[n..].to_vec()]
     }
 }

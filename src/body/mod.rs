@@ -171,6 +171,7 @@ impl Body {
             thermal,
             prescribed,
             mode_work: Vec::new(),
+            mode_scale: Vec::new(),
             current: Vec::new(),
             condensed: None,
         };
@@ -189,7 +190,7 @@ impl Body {
             system: Rc::new(system),
             ghosts,
         };
-        body.loads.mode_work = body.work_on_modes(group);
+        [body.loads.mode_work, body.loads.mode_scale] = body.work_on_modes(group);
         body.combine_loads();
         Ok(body)
     }

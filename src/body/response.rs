@@ -195,6 +195,13 @@ impl Respond for Response {
         }
     }
 
+    fn unilateral_step(&mut self, gap: &[f64], chosen: &[bool]) -> Result<Option<Vec<f64>>> {
+        match self {
+            Response::Condensed(c) => c.unilateral_step(gap, chosen),
+            Response::Solver(_) => Ok(None),
+        }
+    }
+
     fn modes(&self) -> &[Vec<f64>] {
         &self.values().modes
     }

@@ -1,7 +1,7 @@
 //! Writing `result.vtkhdf`: all ranks together, under a hidden name until it is complete.
 use super::agree::{agree, on_rank_zero, same_everywhere};
 use super::hdf5_rows::Plan;
-use super::{ResultFile, tables, vtkhdf};
+use super::{ResultFile, history, steps, tables, vtkhdf};
 use crate::error::{Error, Result};
 use hdf5::File;
 use mpi::topology::SimpleCommunicator;
@@ -80,10 +80,13 @@ fn fill(comm: &SimpleCommunicator, file: &File, part: &Path, result: &ResultFile
 /// Collective. Creates every group, attribute and dataset.
 fn create_all<'a>(comm: &SimpleCommunicator, file: &File, result: &ResultFile<'a>) -> Result<Plan<'a>> {
     let mut plan = Plan::default();
-    vtkhdf::create(comm, file, result.piece, result.run, &mut plan)?;
-    tables::create_contact(comm, file, result.pairs, result.run, &mut plan)?;
-    tables::create_history(comm, file, result.history, result.run, &mut plan)?;
+    vtkhdf::create(comm, file, result, &mut plan)?;
+    tables::create_contact(comm, file, result, &mut plan)?;
+    history::create(comm, file, result.history, result.pairs, result.run, &mut plan)?;
     tables::create_run(comm, file, result.run, &mut plan)?;
+    if let Some(table) = &result.run.steps {
+        steps::create_table(comm, file, table, &mut plan)?;
+    }
     Ok(plan)
 }
 

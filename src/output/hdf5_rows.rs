@@ -6,7 +6,7 @@ use super::agree::agree;
 use super::hdf5_text::{Handle, check, string_attribute};
 use crate::error::Result;
 use hdf5::types::TypeDescriptor;
-use hdf5::{Dataset, Datatype, Group};
+use hdf5::{Dataset, Datatype, Extents, Group};
 use hdf5_sys::{h5d::*, h5p::*, h5s::*};
 use mpi::topology::SimpleCommunicator;
 use std::borrow::Cow;
@@ -43,11 +43,22 @@ impl Values<'_> {
     pub fn text(texts: &[impl AsRef<str>], held_here: bool) -> Self {
         let width = texts.iter().map(|t| t.as_ref().len()).max().unwrap_or(0).max(1);
         let mut bytes = Vec::new();
-        for text in texts.iter().filter(|_| held_here) {
+        for (i, text) in texts.iter().enumerate().filter(|_| held_here) {
             bytes.extend_from_slice(text.as_ref().as_bytes());
-            bytes.resize(bytes.len().next_multiple_of(width), 0);
+            bytes.resize((i + 1) * width, 0);
         }
         Values::Text { bytes, width }
+    }
+
+    /// No values of the same type.
+    pub fn none(self) -> Self {
+        match self {
+            Values::F64(_) => Values::F64(Cow::default()),
+            Values::I64(_) => Values::I64(Cow::default()),
+            Values::I32(_) => Values::I32(Cow::default()),
+            Values::U8(_) => Values::U8(Cow::default()),
+            Values::Text { width, .. } => Values::Text { bytes: Vec::new(), width },
+        }
     }
 
     /// Number of values, a string being one.
@@ -92,14 +103,33 @@ pub(super) struct Plan<'a>(Vec<(Dataset, Rows<'a>)>);
 impl<'a> Plan<'a> {
     /// Collective. Creates a dataset with a `unit` attribute, if it has a unit.
     pub fn add(&mut self, group: &Group, name: &str, unit: Option<&str>, rows: Rows<'a>) -> Result<()> {
-        let builder = group.new_dataset_builder().empty_as(&rows.values.datatype()?.to_descriptor()?);
-        let dataset = match rows.columns {
-            1 => builder.shape(rows.total).create(name),
-            columns => builder.shape((rows.total, columns)).create(name),
+        self.add_blocks(group, name, unit, vec![rows])
+    }
+
+    /// Collective. Creates a dataset that is filled in several writes, one after the other: at least one, all of
+    /// the same type and the same total.
+    pub fn add_blocks(
+        &mut self,
+        group: &Group,
+        name: &str,
+        unit: Option<&str>,
+        blocks: Vec<Rows<'a>>,
+    ) -> Result<()> {
+        let Some(first) = blocks.first() else { return Ok(()) };
+        let dataset = match first.columns {
+            1 => create(group, name, &first.values, first.total),
+            columns => create(group, name, &first.values, (first.total, columns)),
         }?;
         if let Some(unit) = unit {
             string_attribute(&dataset, "unit", unit)?;
         }
+        self.0.extend(blocks.into_iter().map(|rows| (dataset.clone(), rows)));
+        Ok(())
+    }
+
+    /// Collective. Creates a dataset of two dimensions, even for one column.
+    pub fn add_table(&mut self, group: &Group, name: &str, rows: Rows<'a>) -> Result<()> {
+        let dataset = create(group, name, &rows.values, (rows.total, rows.columns))?;
         self.0.push((dataset, rows));
         Ok(())
     }
@@ -116,12 +146,18 @@ impl<'a> Plan<'a> {
     }
 }
 
+/// Collective.
+fn create(group: &Group, name: &str, values: &Values, shape: impl Into<Extents>) -> Result<Dataset> {
+    let kind = values.datatype()?.to_descriptor()?;
+    Ok(group.new_dataset_builder().empty_as(&kind).shape(shape).create(name)?)
+}
+
 /// Collective write of this rank's rows, of which there may be none.
 fn write_rows(dataset: &Dataset, rows: &Rows) -> Result<()> {
     let n = rows.values.len() / rows.columns;
     let start = [rows.start as u64, 0];
     let count = [n as u64, rows.columns as u64];
-    let rank = if rows.columns == 1 { 1 } else { 2 };
+    let rank = dataset.ndim().min(2);
     let space = dataset.space()?;
     let len = rows.values.len() as u64;
     let datatype = rows.values.datatype()?;

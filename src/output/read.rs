@@ -1,6 +1,7 @@
 //! Reading `result.vtkhdf` back, by one process.
 use super::hdf5_text::{read_string_attribute, read_strings};
-use super::{Field, HistoryRow, PairTables, Piece, Reason, ResultFile, RunInfo, SideTable};
+use super::{Field, HistoryRow, LoadStep, PairTables, Piece, Reason, ResultFile, RunInfo, SideTable, State};
+use super::{history, steps};
 use crate::case::{Analysis, Units};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
@@ -11,12 +12,14 @@ use std::path::Path;
 /// A result file in memory, the partitions joined.
 #[derive(Debug, Clone)]
 pub struct Results {
-    /// All partitions, one after the other.
+    /// All partitions, one after the other, with the fields of the last step.
     pub piece: Piece,
     /// First point and first cell of each partition.
     pub partitions: Vec<[usize; 2]>,
-    /// The contact pairs, both sides present.
+    /// The contact pairs after the last step, both sides present; one that no rank held has no nodes.
     pub pairs: Vec<PairTables>,
+    /// What was found in the steps before the last.
+    pub before: Vec<State>,
     /// The alternations.
     pub history: Vec<HistoryRow>,
     /// What was run.
@@ -34,17 +37,27 @@ impl Results {
     }
 
     fn from_file(file: &File) -> Result<Self> {
-        let (piece, partitions) = read_grid(&file.group("VTKHDF")?)?;
-        let run = read_run(&file.group("run")?)?;
-        let contact = file.group("contact")?;
-        let pairs = contact.groups()?.iter().map(read_pair).collect::<Result<Vec<_>>>()?;
-        let history = read_history(&file.group("history")?)?;
-        ResultFile { piece: &piece, pairs: &pairs, history: &history, run: &run }.check()?;
-        Ok(Results { piece, partitions, pairs, history, run })
+        let run = read_run(&file.group("run")?, steps::read(file)?)?;
+        let n_steps = run.steps.as_ref().map_or(1, Vec::len);
+        let (piece, partitions, fields) = read_grid(&file.group("VTKHDF")?, n_steps)?;
+        let contact = file.group("contact")?.groups()?;
+        let pairs = contact.iter().map(|group| read_pair(group, None)).collect::<Result<Vec<_>>>()?;
+        let mut before = Vec::new();
+        for (k, [point_fields, cell_fields]) in fields.into_iter().enumerate() {
+            let pairs = contact.iter().map(|group| read_pair(group, Some(k + 1))).collect::<Result<_>>()?;
+            before.push(State { point_fields, cell_fields, pairs });
+        }
+        let history = history::read(&file.group("history")?, &pairs, run.steps.is_some())?;
+        ResultFile { piece: &piece, pairs: &pairs, before: &before, history: &history, run: &run }.check()?;
+        Ok(Results { piece, partitions, pairs, before, history, run })
     }
 }
 
-fn read_grid(group: &Group) -> Result<(Piece, Vec<[usize; 2]>)> {
+/// Nodal and cell fields after a step.
+type Fields = [Vec<Field>; 2];
+
+/// The grid with the fields of the last step, the partitions, and the fields of the steps before.
+fn read_grid(group: &Group, n_steps: usize) -> Result<(Piece, Vec<[usize; 2]>, Vec<Fields>)> {
     let n_points = group.dataset("NumberOfPoints")?.read_raw::<u64>()?;
     let n_cells = group.dataset("NumberOfCells")?.read_raw::<u64>()?;
     let n_connectivity = group.dataset("NumberOfConnectivityIds")?.read_raw::<u64>()?;
@@ -70,14 +83,13 @@ fn read_grid(group: &Group) -> Result<(Piece, Vec<[usize; 2]>)> {
         first_node = end;
     }
     let cell_data = group.group("CellData")?;
-    let piece = Piece {
-        points,
-        cells,
-        cell_bodies: cell_data.dataset("body")?.read_raw()?,
-        point_fields: read_fields(&group.group("PointData")?)?,
-        cell_fields: read_fields(&cell_data)?,
-    };
-    Ok((piece, partitions))
+    let point_fields = read_fields(&group.group("PointData")?, n_steps)?;
+    let cell_fields = read_fields(&cell_data, n_steps)?;
+    let mut fields: Vec<Fields> =
+        std::iter::zip(point_fields, cell_fields).map(|(points, cells)| [points, cells]).collect();
+    let [point_fields, cell_fields] = fields.pop().unwrap_or_default();
+    let cell_bodies = cell_data.dataset("body")?.read_raw()?;
+    Ok((Piece { points, cells, cell_bodies, point_fields, cell_fields }, partitions, fields))
 }
 
 /// A cell, its nodes counted from the first of all points, and the nodes after it.
@@ -99,71 +111,56 @@ fn read_vectors(dataset: &Dataset) -> Result<Vec<[f64; 3]>> {
     Ok(vectors.to_vec())
 }
 
-/// The fields of a group: every dataset with a unit, in alphabetical order.
-fn read_fields(group: &Group) -> Result<Vec<Field>> {
+/// The fields of a group after each step: every dataset with a unit, in alphabetical order.
+fn read_fields(group: &Group, n_steps: usize) -> Result<Vec<Vec<Field>>> {
     const UNITS: [&str; 5] = ["m", "Pa", "K", "N", "-"];
-    let mut fields = Vec::new();
+    let mut steps = vec![Vec::new(); n_steps];
     for dataset in group.datasets()? {
         let Ok(unit) = read_string_attribute(&dataset, "unit") else { continue };
         let unit = UNITS.into_iter().find(|known| *known == unit).unwrap_or("");
         let name = dataset.name().rsplit('/').next().unwrap_or_default().to_owned();
         let components = dataset.shape().get(1).copied().unwrap_or(1);
-        fields.push(Field { name, unit, components, values: dataset.read_raw()? });
+        let values = dataset.read_raw::<f64>()?;
+        let length = values.len() / n_steps;
+        for (k, fields) in steps.iter_mut().enumerate() {
+            let values = values[k * length..(k + 1) * length].to_vec();
+            fields.push(Field { name: name.clone(), unit, components, values });
+        }
     }
-    Ok(fields)
+    Ok(steps)
 }
 
-fn read_pair(group: &Group) -> Result<PairTables> {
+/// A pair after the last step, or after step `step`.
+fn read_pair(group: &Group, step: Option<usize>) -> Result<PairTables> {
     let (a, b) = (group.group("a")?, group.group("b")?);
     Ok(PairTables {
         name: read_string_attribute(group, "name")?,
         surfaces: [read_string_attribute(&a, "surface")?, read_string_attribute(&b, "surface")?],
-        sides: [Some(read_side(&a)?), Some(read_side(&b)?)],
+        sides: [Some(read_side(&a, step)?), Some(read_side(&b, step)?)],
     })
 }
 
-fn read_side(group: &Group) -> Result<SideTable> {
+fn read_side(group: &Group, step: Option<usize>) -> Result<SideTable> {
+    let state = match step {
+        Some(k) => group.group(&format!("steps/{k}"))?,
+        None => group.clone(),
+    };
     Ok(SideTable {
         s: read(group, "s")?,
         x: read_vectors(&group.dataset("x")?)?,
-        normal: read_vectors(&group.dataset("normal")?)?,
-        gap: read(group, "gap")?,
-        pressure: read(group, "pressure")?,
-        force: read_vectors(&group.dataset("force")?)?,
-        status: read(group, "status")?,
+        normal: read_vectors(&state.dataset("normal")?)?,
+        gap: read(&state, "gap")?,
+        pressure: read(&state, "pressure")?,
+        force: read_vectors(&state.dataset("force")?)?,
+        status: read(&state, "status")?,
     })
-}
-
-fn read_history(group: &Group) -> Result<Vec<HistoryRow>> {
-    let alternation = read::<u64>(group, "alternation")?;
-    let active = read::<u64>(group, "active")?;
-    let column = |name| read::<f64>(group, name);
-    let columns = [
-        column("displacement_jump")?,
-        column("force_imbalance")?,
-        column("contraction")?,
-        column("seconds")?,
-    ];
-    if active.len() != alternation.len() || columns.iter().any(|c| c.len() != alternation.len()) {
-        return Err(Error::input("the columns of the history differ in length"));
-    }
-    let [displacement_jump, force_imbalance, contraction, seconds] = columns;
-    let row = |i: usize| HistoryRow {
-        alternation: alternation[i],
-        displacement_jump: displacement_jump[i],
-        force_imbalance: force_imbalance[i],
-        active: active[i],
-        contraction: contraction[i],
-        seconds: seconds[i],
-    };
-    Ok((0..alternation.len()).map(row).collect())
 }
 
 fn read<T: H5Type>(group: &Group, name: &str) -> Result<Vec<T>> {
     Ok(group.dataset(name)?.read_raw()?)
 }
 
-fn read_run(group: &Group) -> Result<RunInfo> {
+fn read_run(group: &Group, steps: Option<Vec<LoadStep>>) -> Result<RunInfo> {
     let text = |name| read_string_attribute(group, name);
     let thickness = group.attr("thickness")?.read_scalar()?;
     let reason = text("reason")?;
@@ -180,11 +177,9 @@ fn read_run(group: &Group) -> Result<RunInfo> {
             other => return Err(unknown("analysis", other)),
         },
         bodies: read_strings(&group.dataset("bodies")?)?,
-        reason: Reason::ALL
-            .into_iter()
-            .find(|r| r.name() == reason)
-            .ok_or_else(|| unknown("reason", &reason))?,
+        reason: Reason::named(&reason).ok_or_else(|| unknown("reason", &reason))?,
         alternations: group.attr("alternations")?.read_scalar()?,
         tolerance: group.attr("tolerance")?.read_scalar()?,
+        steps,
     })
 }

@@ -1,117 +1,8 @@
 //! `summary.json`: the run in numbers, for scripts. Its keys are a public interface, versioned by `schema`.
+use super::{Driver, LoadStep, Reason, Transfer};
 use crate::error::{Error, Result};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::Path;
-
-/// How an alternation can end: a closed list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Reason {
-    /// All criteria are met.
-    Converged,
-    /// The bodies do not touch.
-    Open,
-    /// There is no contact pair.
-    NoContact,
-    /// All contact nodes were released while the bodies still penetrate.
-    Emptied,
-    /// The active set recurs.
-    Cycling,
-    /// The jump grows.
-    Diverging,
-    /// The jump stopped falling.
-    Stalled,
-    /// The displacements agree, the forces do not.
-    Unbalanced,
-    /// All agrees, but nodes outside the active set penetrate.
-    Penetration,
-    /// The limit was reached.
-    MaxAlternations,
-}
-
-impl Reason {
-    /// Every reason.
-    pub const ALL: [Reason; 10] = [
-        Reason::Converged,
-        Reason::Open,
-        Reason::NoContact,
-        Reason::Emptied,
-        Reason::Cycling,
-        Reason::Diverging,
-        Reason::Stalled,
-        Reason::Unbalanced,
-        Reason::Penetration,
-        Reason::MaxAlternations,
-    ];
-
-    /// True if the result is a solution: exit code 0, otherwise 3.
-    pub fn converged(self) -> bool {
-        matches!(self, Reason::Converged | Reason::Open | Reason::NoContact)
-    }
-
-    /// Name in `summary.json`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Reason::Converged => "converged",
-            Reason::Open => "open",
-            Reason::NoContact => "no_contact",
-            Reason::Emptied => "emptied",
-            Reason::Cycling => "cycling",
-            Reason::Diverging => "diverging",
-            Reason::Stalled => "stalled",
-            Reason::Unbalanced => "unbalanced",
-            Reason::Penetration => "penetration",
-            Reason::MaxAlternations => "max_alternations",
-        }
-    }
-
-    /// One sentence: what happened.
-    pub fn explanation(self) -> &'static str {
-        match self {
-            Reason::Converged => "Displacements, forces and the active set agree within the tolerance.",
-            Reason::Open => "The bodies do not touch: nothing penetrates and no contact force acts.",
-            Reason::NoContact => "The case has no contact pair: each body was solved once.",
-            Reason::Emptied => "All contact nodes were released although the bodies still penetrate.",
-            Reason::Cycling => "The set of nodes in contact came back to an earlier one without settling.",
-            Reason::Diverging => {
-                "The displacement jump between the bodies grows from alternation to alternation."
-            }
-            Reason::Stalled => "The displacement jump stopped falling before it reached the tolerance.",
-            Reason::Unbalanced => {
-                "The displacements agree, but the contact forces of the two sides do not balance."
-            }
-            Reason::Penetration => {
-                "The nodes in contact agree, but others penetrate more than the tolerance allows."
-            }
-            Reason::MaxAlternations => "The largest number of alternations was reached before the tolerance.",
-        }
-    }
-
-    /// One sentence: what to do about it; empty if the result is a solution.
-    pub fn advice(self) -> &'static str {
-        match self {
-            Reason::Converged | Reason::Open | Reason::NoContact => "",
-            Reason::Emptied => {
-                "Use the weights \"response\", or smaller constant ones, and look at the initial gap."
-            }
-            Reason::Cycling => "Refine the mesh at the edge of the contact, or use smaller constant weights.",
-            Reason::Diverging => {
-                "The stiffer body must take the smaller correction: use the weights \"response\" or \"stiffness\"."
-            }
-            Reason::Stalled => "Compare the tolerance with the solver's accuracy, and try other weights.",
-            Reason::Unbalanced => {
-                "The nodes of the two surfaces probably do not match, which the pointwise transfer of forces needs: \
-                 match the meshes."
-            }
-            Reason::Penetration => {
-                "Increase the pair's search distance, or refine the mesh near the penetrating nodes."
-            }
-            Reason::MaxAlternations => {
-                "Look at the history: if the jump still falls, raise max_alternations; if not, try other weights."
-            }
-        }
-    }
-}
 
 /// The whole summary.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -125,12 +16,22 @@ pub struct Summary {
     /// Variant, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub variant: Option<String>,
-    /// True if the result is a solution.
+    /// True if the result is a solution: every step converged.
     pub converged: bool,
-    /// How the alternation ended.
+    /// How the alternation ended, of the last step.
     pub reason: Reason,
-    /// Alternations made.
+    /// What brought the bodies to agree.
+    pub driver: Driver,
+    /// What carried displacements and forces across the interfaces.
+    pub transfer: Transfer,
+    /// Alternations made, in all steps.
     pub alternations: u64,
+    /// Updates of the active set, in all steps.
+    pub updates: u64,
+    /// Force steps: all bodies answered contact forces with displacements.
+    pub force_steps: u64,
+    /// Displacement steps: all bodies, or their approximations, answered gaps with contact forces.
+    pub displacement_steps: u64,
     /// Tolerance of the stop test.
     pub tolerance: f64,
     /// Largest relative residual of the equilibrium of a body.
@@ -140,10 +41,15 @@ pub struct Summary {
     pub ranks: usize,
     /// The bodies, in file order.
     pub bodies: Vec<BodySummary>,
-    /// The contact pairs, in file order.
+    /// Rigid motions that the supports leave free and contact has to hold.
+    pub free_modes: Vec<FreeMode>,
+    /// The contact pairs after the last step, in file order.
     pub pairs: Vec<PairSummary>,
-    /// The probes, in file order.
+    /// The probes after the last step, in file order.
     pub probes: Vec<ProbeSummary>,
+    /// The load steps that were run; only if the case has a table of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<Vec<StepSummary>>,
     /// Invariants every run must satisfy.
     pub checks: Checks,
     /// Wall seconds.
@@ -153,6 +59,86 @@ pub struct Summary {
     pub peak_memory_mb: f64,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// What went wrong, where, and what to do about it; empty if the result is a solution.
+    pub diagnosis: Vec<String>,
+}
+
+/// A rigid motion of a body that its supports leave free.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FreeMode {
+    /// Name of the body.
+    pub body: String,
+    /// The motion, in words.
+    pub mode: String,
+}
+
+/// A load step in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepSummary {
+    /// Name, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Factor on the loads.
+    pub loads: f64,
+    /// Factor on the prescribed displacements.
+    pub supports: f64,
+    /// Factor on temperature less reference temperature.
+    pub temperature: f64,
+    /// How the alternation ended.
+    pub reason: Reason,
+    /// True if the step is a solution.
+    pub converged: bool,
+    /// Alternations made.
+    pub alternations: u64,
+    /// Updates of the active set.
+    pub updates: u64,
+    /// The contact pairs, in file order.
+    pub pairs: Vec<PairSummary>,
+    /// The probes, in file order.
+    pub probes: Vec<ProbeSummary>,
+}
+
+impl StepSummary {
+    /// A step and what was found at its end.
+    pub fn new(step: &LoadStep, pairs: Vec<PairSummary>, probes: Vec<ProbeSummary>) -> Self {
+        let LoadStep { name, loads, supports, temperature, reason, alternations, updates } = step.clone();
+        let converged = reason.converged();
+        StepSummary {
+            name,
+            loads,
+            supports,
+            temperature,
+            reason,
+            converged,
+            alternations,
+            updates,
+            pairs,
+            probes,
+        }
+    }
+}
+
+/// How a body answers contact.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Response {
+    /// By the dense matrix of its interface.
+    #[default]
+    Condensed,
+    /// By its solver, anew for each answer.
+    Solver,
+    /// Not at all: it is rigid.
+    Rigid,
+}
+
+/// The side of a pair, as its surfaces are listed in the case.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)]
+pub enum PairSide {
+    #[default]
+    A,
+    B,
 }
 
 /// A body in numbers.
@@ -168,6 +154,12 @@ pub struct BodySummary {
     pub factorisations: u64,
     /// Factorisations of the dense compliance of its active contact nodes: one per change of the contact set.
     pub interface_factorisations: u64,
+    /// How it answers contact.
+    pub response: Response,
+    /// Degrees of freedom of its contact surfaces, those of its dense matrix.
+    pub interface_dofs: u64,
+    /// Solves with its factorisation or its iterative solver.
+    pub solves: u64,
 }
 
 /// Invariants of the run, each relative to its own scale but the penetration; what could not be computed is absent.
@@ -207,6 +199,11 @@ pub struct PairSummary {
     /// Contact force on side A, N.
     #[serde(skip_serializing_if = "any_not_finite")]
     pub resultant: Vec<f64>,
+    /// Moment of the contact forces on side A about the origin, N m, counter-clockwise.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub moment: f64,
+    /// The side that carries the unknown contact forces.
+    pub multiplier_side: PairSide,
     /// Largest nodal pressure, Pa.
     #[serde(skip_serializing_if = "not_finite")]
     pub max_pressure: f64,
@@ -222,9 +219,14 @@ pub struct PairSummary {
     /// Largest |pressure x gap| over the product of the largest pressure and the largest gap or travel, -.
     #[serde(skip_serializing_if = "not_finite")]
     pub complementarity: f64,
-    /// Nodes in contact, both sides.
+    /// Mean contraction measured, an alternation, -.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub contraction: f64,
+    /// Nodes in contact: of the multiplier side, or of both with the pointwise transfer of the relaxed alternation.
     pub active: u64,
-    /// Nodes that could be, both sides.
+    /// Nodes that could be and are not.
+    pub open: u64,
+    /// Nodes that could be.
     pub candidates: u64,
 }
 
@@ -266,8 +268,12 @@ pub struct StressSummary {
 #[allow(missing_docs)]
 pub struct Seconds {
     pub setup: f64,
+    /// Facing surfaces found, and the transfer between them.
+    pub search: f64,
     pub assemble: f64,
     pub factor: f64,
+    /// Dense matrices of the interfaces.
+    pub condense: f64,
     pub alternate: f64,
     pub write: f64,
     pub total: f64,
@@ -314,17 +320,24 @@ mod tests {
             ranks: 1,
             factorisations: 2,
             interface_factorisations: 3,
+            response: Response::Solver,
+            interface_dofs: 6,
+            solves: 7,
         };
         let pair = PairSummary {
             name: "p".into(),
             normal_force: 1.0,
             resultant: vec![0.0, 1.0],
+            moment: 0.5,
+            multiplier_side: PairSide::B,
             max_pressure: 2.0,
             contact_length: 3.0,
             max_penetration: 0.0,
             force_imbalance: 1e-12,
             complementarity: 0.0,
+            contraction: 0.2,
             active: 4,
+            open: 2,
             candidates: 6,
         };
         let probe = ProbeSummary {
@@ -342,13 +355,20 @@ mod tests {
             variant: Some("A".into()),
             converged: true,
             reason: Reason::MaxAlternations,
+            driver: Driver::ActiveSet,
+            transfer: Transfer::Mortar,
             alternations: 5,
+            updates: 2,
+            force_steps: 6,
+            displacement_steps: 5,
             tolerance: 1e-8,
             residual: 1e-14,
             ranks: 2,
             bodies: vec![body],
+            free_modes: vec![FreeMode { body: "upper".into(), mode: "translation along x".into() }],
             pairs: vec![pair],
             probes: vec![probe],
+            steps: None,
             checks: Checks {
                 residual: 1e-12,
                 equilibrium: 0.0,
@@ -361,6 +381,7 @@ mod tests {
             seconds: Seconds::default(),
             peak_memory_mb: 12.5,
             warnings: vec![],
+            diagnosis: vec![],
         }
     }
 
@@ -371,20 +392,46 @@ mod tests {
     #[test]
     fn keys_are_those_promised() {
         let json: Value = serde_json::from_str(&summary().to_json().unwrap()).unwrap();
-        let top = "alternations bodies case checks converged kontakt pairs peak_memory_mb probes ranks reason residual schema \
-                   seconds tolerance variant warnings";
+        let top = "alternations bodies case checks converged diagnosis displacement_steps driver force_steps free_modes kontakt \
+                   pairs peak_memory_mb probes ranks reason residual schema seconds tolerance transfer updates variant warnings";
         assert_eq!(keys(&json).join(" "), top);
         assert_eq!(
             keys(&json["bodies"][0]).join(" "),
-            "dofs factorisations interface_factorisations name ranks"
+            "dofs factorisations interface_dofs interface_factorisations name ranks response solves"
         );
-        let pair = "active candidates complementarity contact_length force_imbalance max_penetration max_pressure name normal_force \
-                    resultant";
+        let pair = "active candidates complementarity contact_length contraction force_imbalance max_penetration max_pressure \
+                    moment multiplier_side name normal_force open resultant";
         assert_eq!(keys(&json["pairs"][0]).join(" "), pair);
         assert_eq!(keys(&json["probes"][0]).join(" "), "body displacement name stress temperature x");
         assert_eq!(keys(&json["probes"][0]["stress"]).join(" "), "xx xy yy zz");
-        assert_eq!(keys(&json["seconds"]).join(" "), "alternate assemble factor setup total write");
+        assert_eq!(
+            keys(&json["seconds"]).join(" "),
+            "alternate assemble condense factor search setup total write"
+        );
         assert_eq!((&json["schema"], &json["reason"]), (&json!(1), &json!("max_alternations")));
+        assert_eq!((&json["driver"], &json["transfer"]), (&json!("active_set"), &json!("mortar")));
+        assert_eq!(json["bodies"][0]["response"], "solver");
+        assert_eq!(json["pairs"][0]["multiplier_side"], "b");
+        assert_eq!(keys(&json["free_modes"][0]).join(" "), "body mode");
+    }
+
+    #[test]
+    fn a_table_of_steps_adds_a_key() {
+        let mut summary = summary();
+        let step = LoadStep {
+            name: None,
+            loads: 0.5,
+            supports: 1.0,
+            temperature: 1.0,
+            reason: Reason::Stalled,
+            alternations: 3,
+            updates: 2,
+        };
+        summary.steps = Some(vec![StepSummary::new(&step, summary.pairs.clone(), vec![])]);
+        let json: Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
+        let step = "alternations converged loads pairs probes reason supports temperature updates";
+        assert_eq!(keys(&json["steps"][0]).join(" "), step);
+        assert_eq!(json["steps"][0]["converged"], false);
     }
 
     #[test]
@@ -401,13 +448,5 @@ mod tests {
         let json: Value = serde_json::from_str(&text).unwrap();
         let gone = ["variant", "residual"].iter().all(|key| json.get(key).is_none());
         assert!(gone && json["pairs"][0].get("contact_length").is_none());
-    }
-
-    #[test]
-    fn names_are_the_same_everywhere() {
-        for reason in Reason::ALL {
-            assert_eq!(serde_json::to_value(reason).unwrap(), json!(reason.name()));
-            assert_eq!(reason.converged(), reason.advice().is_empty());
-        }
     }
 }

@@ -1,45 +1,80 @@
-//! The groups beside the grid: `/contact/<pair>/a` and `/b`, `/history`, `/run`.
+//! The groups beside the grid: `/contact/<pair>/a` and `/b`, `/run`.
 use super::hdf5_rows::{Plan, Rows, Values};
 use super::hdf5_text::string_attribute;
-use super::{HistoryRow, PairTables, RunInfo, SideTable};
+use super::{ResultFile, RunInfo, SideTable};
 use crate::case::Analysis;
 use crate::error::{Error, Result};
-use hdf5::File;
+use hdf5::{File, Group};
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
-use std::borrow::Cow;
 
 /// Collective. Creates `/contact`. Each side's table comes from the one rank that holds it.
+///
+/// The table of a side is that of the last step. With load steps, `steps/<k>` in it holds the columns that change
+/// after step k; those of the last step are the same datasets under another name.
 pub(super) fn create_contact<'a>(
     comm: &SimpleCommunicator,
     file: &File,
-    pairs: &'a [PairTables],
-    run: &RunInfo,
+    result: &ResultFile<'a>,
     plan: &mut Plan<'a>,
 ) -> Result<()> {
     let contact = file.create_group("contact")?;
-    for pair in pairs {
+    let run = result.run;
+    for (p, pair) in result.pairs.iter().enumerate() {
         let group = contact.create_group(&group_name(&pair.name))?;
         string_attribute(&group, "name", &pair.name)?;
-        for ((side, surface), table) in ["a", "b"].iter().zip(&pair.surfaces).zip(&pair.sides) {
-            let group = group.create_group(side)?;
-            string_attribute(&group, "surface", surface)?;
-            let total = side_length(comm, &pair.name, table.as_ref())?;
-            let rows = |columns, values| Rows { start: 0, total, columns, values };
-            let f64s =
-                |column: fn(&SideTable) -> &[f64]| Values::F64(table.as_ref().map_or(&[][..], column).into());
-            let status = Values::I32(table.as_ref().map_or(&[][..], |t| &t.status).into());
-            plan.add(&group, "s", Some(run.unit("m")), rows(1, f64s(|t| &t.s)))?;
-            plan.add(&group, "x", Some(run.unit("m")), rows(3, f64s(|t| t.x.as_flattened())))?;
-            plan.add(&group, "normal", Some(run.unit("-")), rows(3, f64s(|t| t.normal.as_flattened())))?;
-            plan.add(&group, "gap", Some(run.unit("m")), rows(1, f64s(|t| &t.gap)))?;
-            plan.add(&group, "pressure", Some(run.unit("Pa")), rows(1, f64s(|t| &t.pressure)))?;
-            plan.add(&group, "force", Some(run.unit("N")), rows(3, f64s(|t| t.force.as_flattened())))?;
-            plan.add(&group, "status", Some(run.unit("-")), rows(1, status))?;
+        for (side, name) in ["a", "b"].into_iter().enumerate() {
+            let table = pair.sides[side].as_ref();
+            let group = group.create_group(name)?;
+            string_attribute(&group, "surface", &pair.surfaces[side])?;
+            let total = side_length(comm, &pair.name, table)?;
+            let rows = |columns, values: &'a [f64]| Rows {
+                start: 0,
+                total,
+                columns,
+                values: Values::F64(values.into()),
+            };
+            let s = table.map_or(&[][..], |t| &t.s);
+            let x = table.map_or(&[][..], |t| t.x.as_flattened());
+            plan.add(&group, "s", Some(run.unit("m")), rows(1, s))?;
+            plan.add(&group, "x", Some(run.unit("m")), rows(3, x))?;
+            add_state(&group, table, total, run, plan)?;
+            let Some(steps) = &run.steps else { continue };
+            let by_step = group.create_group("steps")?;
+            for (k, pairs) in result.pairs_of_steps().enumerate() {
+                let step = by_step.create_group(&(k + 1).to_string())?;
+                if k + 1 < steps.len() {
+                    add_state(&step, pairs[p].sides[side].as_ref(), total, run, plan)?;
+                } else {
+                    let link = |name| group.link_hard(name, &format!("steps/{}/{name}", k + 1));
+                    STATE.into_iter().try_for_each(link)?;
+                }
+            }
         }
     }
     Ok(())
+}
+
+/// Columns of a side that change from step to step.
+const STATE: [&str; 5] = ["normal", "gap", "pressure", "force", "status"];
+
+/// Collective. The columns of a side that change from step to step.
+fn add_state<'a>(
+    group: &Group,
+    table: Option<&'a SideTable>,
+    total: usize,
+    run: &RunInfo,
+    plan: &mut Plan<'a>,
+) -> Result<()> {
+    let rows = |columns, values| Rows { start: 0, total, columns, values };
+    let f64s = |column: fn(&SideTable) -> &[f64]| Values::F64(table.map_or(&[][..], column).into());
+    let status = Values::I32(table.map_or(&[][..], |t| &t.status).into());
+    plan.add(group, "normal", Some(run.unit("-")), rows(3, f64s(|t| t.normal.as_flattened())))?;
+    plan.add(group, "gap", Some(run.unit("m")), rows(1, f64s(|t| &t.gap)))?;
+    plan.add(group, "pressure", Some(run.unit("Pa")), rows(1, f64s(|t| &t.pressure)))?;
+    plan.add(group, "force", Some(run.unit("N")), rows(3, f64s(|t| t.force.as_flattened())))?;
+    plan.add(group, "status", Some(run.unit("-")), rows(1, status))
 }
 
 /// A pair's name as one HDF5 link: `/` would start a group.
@@ -56,32 +91,6 @@ fn side_length(comm: &SimpleCommunicator, pair: &str, table: Option<&SideTable>)
         0 | 1 => Ok(sum[1] as usize),
         n => Err(Error::internal(format!("{n} ranks hold the same side of contact pair \"{pair}\""))),
     }
-}
-
-/// Collective. Creates `/history` from the rows of rank 0.
-pub(super) fn create_history<'a>(
-    comm: &SimpleCommunicator,
-    file: &File,
-    history: &'a [HistoryRow],
-    run: &RunInfo,
-    plan: &mut Plan<'a>,
-) -> Result<()> {
-    let own = if comm.rank() == 0 { history } else { &[] };
-    let mut total = own.len() as u64;
-    comm.process_at_rank(0).broadcast_into(&mut total);
-    let group = file.create_group("history")?;
-    let rows = |values| Rows { start: 0, total: total as usize, columns: 1, values };
-    let f64s = |column: fn(&HistoryRow) -> f64| Values::F64(own.iter().map(column).collect::<Cow<_>>());
-    let i64s = |column: fn(&HistoryRow) -> u64| {
-        Values::I64(own.iter().map(|row| column(row) as i64).collect::<Cow<_>>())
-    };
-    plan.add(&group, "alternation", Some("-"), rows(i64s(|row| row.alternation)))?;
-    plan.add(&group, "displacement_jump", Some("-"), rows(f64s(|row| row.displacement_jump)))?;
-    plan.add(&group, "force_imbalance", Some("-"), rows(f64s(|row| row.force_imbalance)))?;
-    plan.add(&group, "active", Some("-"), rows(i64s(|row| row.active)))?;
-    plan.add(&group, "contraction", Some("-"), rows(f64s(|row| row.contraction)))?;
-    plan.add(&group, "seconds", Some("s"), rows(f64s(|row| row.seconds)))?;
-    string_attribute(&group, "units", run.units_name())
 }
 
 /// Collective. Creates `/run`: what was run, as attributes. An attribute holds at most 64 kB: `case_text` is

@@ -2,10 +2,10 @@
 //!
 //! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/index.html>. Every rank writes one
 //! partition: its points, cells and connectivity are consecutive rows, and node numbers are those within the
-//! partition.
+//! partition. With load steps the fields of all partitions after one step are followed by those after the next.
 use super::hdf5_rows::{Plan, Rows, Values};
 use super::hdf5_text::string_attribute;
-use super::{Field, Piece, RunInfo};
+use super::{Field, LoadStep, Piece, ResultFile, RunInfo, State, steps};
 use crate::error::Result;
 use hdf5::{File, Group};
 use mpi::topology::SimpleCommunicator;
@@ -53,14 +53,15 @@ impl Spread {
 pub(super) fn create<'a>(
     comm: &SimpleCommunicator,
     file: &File,
-    piece: &'a Piece,
-    run: &RunInfo,
+    result: &ResultFile<'a>,
     plan: &mut Plan<'a>,
 ) -> Result<()> {
+    let ResultFile { piece, before, run, .. } = *result;
     let spread = Spread::new(comm, piece);
     let group = file.create_group("VTKHDF")?;
-    // A static grid needs nothing of version 2, and every reader takes version 1.
-    group.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[1i64, 0])?;
+    // Without steps nothing of version 2 is needed, and every reader takes version 1.
+    let version = if run.steps.is_some() { 2i64 } else { 1 };
+    group.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[version, 0])?;
     string_attribute(&group, "Type", "UnstructuredGrid")?;
 
     plan.add(&group, "NumberOfPoints", None, spread.partition(spread.points.own))?;
@@ -92,22 +93,35 @@ pub(super) fn create<'a>(
     let bodies = Values::I32(piece.cell_bodies.as_slice().into());
     let cell_data = group.create_group("CellData")?;
     plan.add(&cell_data, "body", None, Rows { start, total, columns: 1, values: bodies })?;
-    add_fields(&cell_data, &piece.cell_fields, spread.cells, run, plan)?;
+    let of_steps = |fields: fn(&State) -> &[Field], last: &'a [Field]| -> Vec<&'a [Field]> {
+        before.iter().map(fields).chain([last]).collect()
+    };
+    let cell_fields = of_steps(|state| &state.cell_fields, &piece.cell_fields);
+    add_fields(&cell_data, &cell_fields, spread.cells, run, plan)?;
     let point_data = group.create_group("PointData")?;
-    add_fields(&point_data, &piece.point_fields, spread.points, run, plan)?;
+    let point_fields = of_steps(|state| &state.point_fields, &piece.point_fields);
+    add_fields(&point_data, &point_fields, spread.points, run, plan)?;
 
     let field_data = group.create_group("FieldData")?;
-    let facts = [("alternations", run.alternations as i64), ("converged", i64::from(run.converged()))];
-    for (name, value) in facts {
-        let values = if spread.rank == 0 { vec![value] } else { vec![] };
-        plan.add(
-            &field_data,
-            name,
-            None,
-            Rows { start: 0, total: 1, columns: 1, values: Values::I64(values.into()) },
-        )?;
+    let one = vec![(run.alternations, run.converged())];
+    let of_steps = |table: &Vec<LoadStep>| {
+        table.iter().map(|step| (step.alternations, step.reason.converged())).collect()
+    };
+    let facts: Vec<(u64, bool)> = run.steps.as_ref().map_or(one, of_steps);
+    let total = facts.len();
+    let mut fact = |name: &str, value: fn(&(u64, bool)) -> i64| {
+        let values = facts.iter().map(value).filter(|_| spread.rank == 0).collect();
+        plan.add(&field_data, name, None, Rows { start: 0, total, columns: 1, values: Values::I64(values) })
+    };
+    fact("alternations", |step| step.0 as i64)?;
+    fact("converged", |step| i64::from(step.1))?;
+    match &run.steps {
+        Some(table) => {
+            let sizes = [spread.points.total, spread.cells.total];
+            steps::create_time(comm, &group, piece, table.len(), sizes, plan)
+        }
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn offsets(piece: &Piece) -> Vec<i64> {
@@ -120,18 +134,24 @@ fn offsets(piece: &Piece) -> Vec<i64> {
     offsets
 }
 
+/// Fields of every step, one step after the other.
 fn add_fields<'a>(
     group: &Group,
-    fields: &'a [Field],
+    steps: &[&'a [Field]],
     share: Share,
     run: &RunInfo,
     plan: &mut Plan<'a>,
 ) -> Result<()> {
-    for field in fields {
-        let Share { start, total, .. } = share;
-        let values = Values::F64(field.values.as_slice().into());
-        let rows = Rows { start, total, columns: field.components, values };
-        plan.add(group, &field.name, Some(run.unit(field.unit)), rows)?;
+    let Some(last) = steps.last() else { return Ok(()) };
+    for (i, field) in last.iter().enumerate() {
+        let block = |(k, fields): (usize, &&'a [Field])| Rows {
+            start: k * share.total + share.start,
+            total: steps.len() * share.total,
+            columns: field.components,
+            values: Values::F64(fields[i].values.as_slice().into()),
+        };
+        let blocks = steps.iter().enumerate().map(block).collect();
+        plan.add_blocks(group, &field.name, Some(run.unit(field.unit)), blocks)?;
     }
     Ok(())
 }

@@ -144,11 +144,19 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
         for alternation in 1..=self.settings.max_alternations {
             let measures = self.alternate()?;
             let relative = |x: f64| if x > 0.0 { x / measures.response } else { 0.0 };
+            let [penetration, gap, candidates] = self.gaps();
             let row = HistoryRow {
+                step: 1,
                 alternation: alternation as u64,
+                update: 0,
                 displacement_jump: relative(measures.jump),
                 force_imbalance: measures.force_imbalance,
+                penetration,
+                gap,
                 active: measures.active as u64,
+                open: (candidates as u64).saturating_sub(measures.active as u64),
+                flips: measures.flips as u64,
+                pairs: Vec::new(),
                 contraction: measures.jump / last_jump,
                 seconds: start.elapsed().as_secs_f64(),
             };
@@ -379,6 +387,23 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
         let active = self.states.iter().flat_map(|s| &s.active).filter(|a| **a).count();
         let sums = self.exchange.sum(&[active as f64, count as f64]);
         (sums[0] as usize, sums[1] as usize)
+    }
+
+    /// Largest penetration and largest gap at an active node, m, and the number of contact nodes, over all ranks.
+    fn gaps(&self) -> [f64; 3] {
+        let mut largest = [0.0_f64; 2];
+        let mut nodes = 0.0;
+        for state in &self.states {
+            for (gap, active) in std::iter::zip(&state.gap, &state.active) {
+                largest[0] = largest[0].max(-gap);
+                if *active {
+                    largest[1] = largest[1].max(gap.abs());
+                }
+                nodes += 1.0;
+            }
+        }
+        let largest = self.exchange.max(&largest);
+        [largest[0], largest[1], self.exchange.sum(&[nodes])[0]]
     }
 
     /// Hash of the contact set over all ranks.

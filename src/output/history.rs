@@ -1,0 +1,225 @@
+//! The group `/history`: a row per alternation, and the same per contact pair in `/history/pairs/<pair>`.
+use super::hdf5_rows::{Plan, Rows, Values};
+use super::hdf5_text::string_attribute;
+use super::tables::group_name;
+use super::{PairTables, RunInfo};
+use crate::error::{Error, Result};
+use hdf5::{File, Group, H5Type};
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::*;
+use std::borrow::Cow;
+
+/// One row of the history: an alternation.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HistoryRow {
+    /// Load step, 1, 2, ...; 1 without a table of steps.
+    pub step: u64,
+    /// Running number within the step: 1, 2, ...
+    pub alternation: u64,
+    /// Active-set update that the alternation belongs to, 1, 2, ... within the step; 0 where nothing counts them.
+    pub update: u64,
+    /// Gap left at the nodes in contact, relative to the elastic response, -.
+    pub displacement_jump: f64,
+    /// Disagreement of the nodal forces, relative, -.
+    pub force_imbalance: f64,
+    /// Largest penetration, m; 0 if there is none.
+    pub penetration: f64,
+    /// Largest |gap| at the nodes in contact, m.
+    pub gap: f64,
+    /// Nodes in contact.
+    pub active: u64,
+    /// Nodes that could touch and do not.
+    pub open: u64,
+    /// Nodes that entered or left the contact.
+    pub flips: u64,
+    /// Measured contraction of the displacement jump, -; NaN for the first.
+    pub contraction: f64,
+    /// Wall seconds since the first alternation began.
+    pub seconds: f64,
+    /// The same for each contact pair, in their order; empty where it was not measured.
+    pub pairs: Vec<PairRow>,
+}
+
+/// A contact pair in an alternation.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PairRow {
+    /// Largest |gap| at the nodes in contact, m.
+    pub gap: f64,
+    /// Largest penetration, m; 0 if there is none.
+    pub penetration: f64,
+    /// Nodes in contact.
+    pub active: u64,
+    /// Nodes that could touch and do not.
+    pub open: u64,
+    /// Nodes that entered or left the contact.
+    pub flips: u64,
+    /// Disagreement of the nodal forces, relative, -.
+    pub force_imbalance: f64,
+    /// Measured contraction of the gap at the nodes in contact, -; NaN for the first.
+    pub contraction: f64,
+}
+
+/// Geometric mean of the contractions that are known: the rate over all of them; NaN if there is none.
+pub fn mean_contraction(contractions: impl IntoIterator<Item = f64>) -> f64 {
+    let known = contractions.into_iter().filter(|c| c.is_finite() && *c > 0.0);
+    let (sum, n) = known.fold((0.0, 0), |(sum, n), c| (sum + c.ln(), n + 1));
+    if n > 0 { (sum / f64::from(n)).exp() } else { f64::NAN }
+}
+
+/// A column of numbers: name, unit, value of a row.
+type Real<T> = (&'static str, &'static str, fn(&T) -> f64);
+/// A column of counts.
+type Count<T> = (&'static str, fn(&T) -> u64);
+
+const REALS: [Real<HistoryRow>; 6] = [
+    ("displacement_jump", "-", |row| row.displacement_jump),
+    ("force_imbalance", "-", |row| row.force_imbalance),
+    ("penetration", "m", |row| row.penetration),
+    ("gap", "m", |row| row.gap),
+    ("contraction", "-", |row| row.contraction),
+    ("seconds", "s", |row| row.seconds),
+];
+const COUNTS: [Count<HistoryRow>; 5] = [
+    ("alternation", |row| row.alternation),
+    ("update", |row| row.update),
+    ("active", |row| row.active),
+    ("open", |row| row.open),
+    ("flips", |row| row.flips),
+];
+const PAIR_REALS: [Real<PairRow>; 4] = [
+    ("gap", "m", |row| row.gap),
+    ("penetration", "m", |row| row.penetration),
+    ("force_imbalance", "-", |row| row.force_imbalance),
+    ("contraction", "-", |row| row.contraction),
+];
+const PAIR_COUNTS: [Count<PairRow>; 3] =
+    [("active", |row| row.active), ("open", |row| row.open), ("flips", |row| row.flips)];
+
+/// Collective. Creates `/history` from the rows of rank 0. The column `step` is there if the case has steps.
+pub(super) fn create<'a>(
+    comm: &SimpleCommunicator,
+    file: &File,
+    history: &'a [HistoryRow],
+    pairs: &[PairTables],
+    run: &RunInfo,
+    plan: &mut Plan<'a>,
+) -> Result<()> {
+    let own = if comm.rank() == 0 { history } else { &[] };
+    let mut sizes = [own.len() as u64, own.first().map_or(0, |row| row.pairs.len() as u64)];
+    comm.process_at_rank(0).broadcast_into(&mut sizes[..]);
+    let group = file.create_group("history")?;
+    let mut columns = Columns { group: &group, own: own.iter().collect(), total: sizes[0] as usize, run };
+    if run.steps.is_some() {
+        columns.add(plan, &[], &[("step", |row: &HistoryRow| row.step)])?;
+    }
+    columns.add(plan, &REALS, &COUNTS)?;
+    if sizes[1] == 0 {
+        return Ok(());
+    }
+    let all = group.create_group("pairs")?;
+    for (p, pair) in pairs.iter().enumerate() {
+        let group = all.create_group(&group_name(&pair.name))?;
+        string_attribute(&group, "name", &pair.name)?;
+        let own = own.iter().map(|row| &row.pairs[p]).collect();
+        Columns { group: &group, own, total: columns.total, run }.add(plan, &PAIR_REALS, &PAIR_COUNTS)?;
+    }
+    Ok(())
+}
+
+/// Rows of rank 0 that become datasets, one per column.
+struct Columns<'a, 'b, T> {
+    group: &'a Group,
+    own: Vec<&'b T>,
+    total: usize,
+    run: &'a RunInfo,
+}
+
+impl<T> Columns<'_, '_, T> {
+    /// Collective.
+    fn add(&mut self, plan: &mut Plan, reals: &[Real<T>], counts: &[Count<T>]) -> Result<()> {
+        let rows = |values| Rows { start: 0, total: self.total, columns: 1, values };
+        for (name, unit, column) in reals {
+            let values = self.own.iter().map(|row| column(row)).collect::<Cow<_>>();
+            plan.add(self.group, name, Some(self.run.unit(unit)), rows(Values::F64(values)))?;
+        }
+        for (name, column) in counts {
+            let values = self.own.iter().map(|row| column(row) as i64).collect::<Cow<_>>();
+            plan.add(self.group, name, Some(self.run.unit("-")), rows(Values::I64(values)))?;
+        }
+        Ok(())
+    }
+}
+
+/// Reads what [`create`] wrote; the rows of pairs in the order of `pairs`.
+pub(super) fn read(group: &Group, pairs: &[PairTables], stepped: bool) -> Result<Vec<HistoryRow>> {
+    let n = group.dataset("alternation")?.size();
+    let steps = if stepped { column::<u64>(group, "step", n)? } else { vec![1; n] };
+    let count = |name| column::<u64>(group, name, n);
+    let real = |name| column::<f64>(group, name, n);
+    let (alternation, update) = (count("alternation")?, count("update")?);
+    let (active, open, flips) = (count("active")?, count("open")?, count("flips")?);
+    let (jump, imbalance) = (real("displacement_jump")?, real("force_imbalance")?);
+    let (penetration, gap) = (real("penetration")?, real("gap")?);
+    let (contraction, seconds) = (real("contraction")?, real("seconds")?);
+    let of_pairs = match group.group("pairs") {
+        Ok(all) => pairs
+            .iter()
+            .map(|pair| read_pair(&all.group(&group_name(&pair.name))?, n))
+            .collect::<Result<_>>()?,
+        Err(_) => Vec::new(),
+    };
+    let row = |i: usize| HistoryRow {
+        step: steps[i],
+        alternation: alternation[i],
+        update: update[i],
+        displacement_jump: jump[i],
+        force_imbalance: imbalance[i],
+        penetration: penetration[i],
+        gap: gap[i],
+        active: active[i],
+        open: open[i],
+        flips: flips[i],
+        contraction: contraction[i],
+        seconds: seconds[i],
+        pairs: of_pairs.iter().map(|rows: &Vec<PairRow>| rows[i]).collect(),
+    };
+    Ok((0..n).map(row).collect())
+}
+
+fn read_pair(group: &Group, n: usize) -> Result<Vec<PairRow>> {
+    let count = |name| column::<u64>(group, name, n);
+    let real = |name| column::<f64>(group, name, n);
+    let (active, open, flips) = (count("active")?, count("open")?, count("flips")?);
+    let (gap, penetration) = (real("gap")?, real("penetration")?);
+    let (imbalance, contraction) = (real("force_imbalance")?, real("contraction")?);
+    let row = |i: usize| PairRow {
+        gap: gap[i],
+        penetration: penetration[i],
+        active: active[i],
+        open: open[i],
+        flips: flips[i],
+        force_imbalance: imbalance[i],
+        contraction: contraction[i],
+    };
+    Ok((0..n).map(row).collect())
+}
+
+fn column<T: H5Type>(group: &Group, name: &str, n: usize) -> Result<Vec<T>> {
+    let values = group.dataset(name)?.read_raw()?;
+    if values.len() == n {
+        Ok(values)
+    } else {
+        Err(Error::input("the columns of the history differ in length"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mean_contraction;
+
+    #[test]
+    fn the_mean_contraction_is_the_rate() {
+        assert!((mean_contraction([f64::NAN, 0.5, 0.02]) - 0.1).abs() < 1e-15);
+        assert!(mean_contraction([f64::NAN]).is_nan());
+    }
+}

@@ -1,0 +1,111 @@
+//! The load steps: `/VTKHDF/Steps`, by which ParaView plays them, and `/steps`, what acted in each.
+//!
+//! The grid is written once: every step starts at its first part, point and cell, and only the fields move on.
+use super::hdf5_rows::{Plan, Rows, Values};
+use super::hdf5_text::read_strings;
+use super::{Field, LoadStep, Piece, Reason};
+use crate::error::{Error, Result};
+use hdf5::{File, Group};
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::*;
+
+/// Collective. Creates `Steps` in the group `/VTKHDF`, for a grid of so many parts, points and cells.
+pub(super) fn create_time(
+    comm: &SimpleCommunicator,
+    vtkhdf: &Group,
+    piece: &Piece,
+    n_steps: usize,
+    [n_points, n_cells]: [usize; 2],
+    plan: &mut Plan,
+) -> Result<()> {
+    let group = vtkhdf.create_group("Steps")?;
+    group.new_attr::<i64>().create("NSteps")?.write_scalar(&(n_steps as i64))?;
+    let first = comm.rank() == 0;
+    let times = (1..=n_steps).map(|k| k as f64).collect();
+    plan.add(&group, "Values", None, on_first(first, n_steps, Values::F64(times)))?;
+    // `stride` rows from one step to the next.
+    let starts = |stride: usize| {
+        on_first(first, n_steps, Values::I64((0..n_steps).map(|k| (k * stride) as i64).collect()))
+    };
+    let parts = Values::I64(vec![i64::from(comm.size()); n_steps].into());
+    plan.add(&group, "NumberOfParts", None, on_first(first, n_steps, parts))?;
+    plan.add(&group, "PartOffsets", None, starts(0))?;
+    plan.add(&group, "PointOffsets", None, starts(0))?;
+    // A column per topology, of which an unstructured grid has one.
+    plan.add_table(&group, "CellOffsets", starts(0))?;
+    plan.add_table(&group, "ConnectivityIdOffsets", starts(0))?;
+    let mut offsets = |name: &str, fields: &[Field], stride: usize| {
+        let group = group.create_group(name)?;
+        fields.iter().try_for_each(|field| plan.add(&group, &field.name, None, starts(stride)))?;
+        Ok::<_, Error>(group)
+    };
+    offsets("PointDataOffsets", &piece.point_fields, n_points)?;
+    let of_cells = offsets("CellDataOffsets", &piece.cell_fields, n_cells)?;
+    let of_fields = offsets("FieldDataOffsets", &[], 0)?;
+    plan.add(&of_cells, "body", None, starts(0))?;
+    plan.add(&of_fields, "alternations", None, starts(1))?;
+    plan.add(&of_fields, "converged", None, starts(1))
+}
+
+/// Rows that rank 0 writes.
+fn on_first(first: bool, total: usize, values: Values<'static>) -> Rows<'static> {
+    Rows { start: 0, total, columns: 1, values: if first { values } else { values.none() } }
+}
+
+/// Collective. Creates `/steps`: a row per step.
+pub(super) fn create_table(
+    comm: &SimpleCommunicator,
+    file: &File,
+    steps: &[LoadStep],
+    plan: &mut Plan,
+) -> Result<()> {
+    let (first, n) = (comm.rank() == 0, steps.len());
+    let group = file.create_group("steps")?;
+    let mut add = |name: &str, values: Values<'static>| {
+        plan.add(&group, name, None, Rows { start: 0, total: n, columns: 1, values })
+    };
+    let names: Vec<_> = steps.iter().map(|step| step.name.as_deref().unwrap_or("")).collect();
+    let reasons: Vec<_> = steps.iter().map(|step| step.reason.name()).collect();
+    add("name", Values::text(&names, first))?;
+    add("reason", Values::text(&reasons, first))?;
+    let mut column =
+        |name: &str, values: Values<'static>| plan.add(&group, name, None, on_first(first, n, values));
+    column("loads", Values::F64(steps.iter().map(|step| step.loads).collect()))?;
+    column("supports", Values::F64(steps.iter().map(|step| step.supports).collect()))?;
+    column("temperature", Values::F64(steps.iter().map(|step| step.temperature).collect()))?;
+    column("converged", Values::U8(steps.iter().map(|step| u8::from(step.reason.converged())).collect()))?;
+    column("alternations", Values::I64(steps.iter().map(|step| step.alternations as i64).collect()))?;
+    column("updates", Values::I64(steps.iter().map(|step| step.updates as i64).collect()))
+}
+
+/// Reads `/steps`; `None` if the case had no table of them.
+pub(super) fn read(file: &File) -> Result<Option<Vec<LoadStep>>> {
+    if !file.link_exists("steps") {
+        return Ok(None);
+    }
+    let group = file.group("steps")?;
+    let reals = |name| Ok::<_, Error>(group.dataset(name)?.read_raw::<f64>()?);
+    let counts = |name| Ok::<_, Error>(group.dataset(name)?.read_raw::<u64>()?);
+    let (names, reasons) = (read_strings(&group.dataset("name")?)?, read_strings(&group.dataset("reason")?)?);
+    let (loads, supports, temperature) = (reals("loads")?, reals("supports")?, reals("temperature")?);
+    let (alternations, updates) = (counts("alternations")?, counts("updates")?);
+    let n = names.len();
+    let lengths = [reasons.len(), loads.len(), supports.len(), temperature.len(), alternations.len()];
+    if lengths.iter().any(|&length| length != n) || updates.len() != n || n == 0 {
+        return Err(Error::input("the columns of the steps differ in length"));
+    }
+    let step = |i: usize| {
+        let reason = Reason::named(&reasons[i])
+            .ok_or_else(|| Error::input(format!("unknown reason \"{}\"", reasons[i])))?;
+        Ok(LoadStep {
+            name: Some(names[i].clone()).filter(|name| !name.is_empty()),
+            loads: loads[i],
+            supports: supports[i],
+            temperature: temperature[i],
+            reason,
+            alternations: alternations[i],
+            updates: updates[i],
+        })
+    };
+    (0..n).map(step).collect::<Result<Vec<_>>>().map(Some)
+}
