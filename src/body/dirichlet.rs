@@ -6,7 +6,7 @@
 //! positive semi-definite, and sum R is the sum of the reactions.
 use super::{Constraints, NodeConstraint, Solver};
 use crate::{
-    contact::vector::{combine, dot, norm},
+    contact::vector::{self, combine, dot, norm},
     error::{Error, Result},
     parallel,
     petsc::{Ksp, Matrix, Vector},
@@ -117,6 +117,12 @@ impl Dirichlet {
     }
 }
 
+/// The rows that push a node in about one direction, and their weights.
+struct Bundle {
+    direction: [f64; 3],
+    rows: Vec<(usize, f64)>,
+}
+
 /// Directions and weights at the nodes of all rows.
 fn prescribed_nodes(solver: &Solver) -> Vec<Prescribed> {
     let dim = solver.model.part.dim;
@@ -130,24 +136,24 @@ fn prescribed_nodes(solver: &Solver) -> Vec<Prescribed> {
     for (node, mut terms) in terms {
         // The largest coefficient is a positive one and shows the direction.
         terms.sort_by(|a, b| norm(&b.1).total_cmp(&norm(&a.1)));
-        let mut groups: Vec<([f64; 3], Vec<(usize, f64)>)> = Vec::new();
+        let mut bundles: Vec<Bundle> = Vec::new();
         for (row, v) in terms {
             let size = norm(&v);
             let cosine = |d: &[f64; 3]| dot(d, &v) / (size * norm(d));
-            let n_groups = groups.len();
-            match groups.iter_mut().find(|(d, _)| cosine(d).abs() > SAME) {
-                Some((d, rows)) => {
-                    *d = combine([(1.0, &*d), (cosine(d).signum(), &v)]);
-                    rows.push((row, size));
+            let n_bundles = bundles.len();
+            match bundles.iter_mut().find(|b| cosine(&b.direction).abs() > SAME) {
+                Some(b) => {
+                    b.direction = combine([(1.0, &b.direction), (cosine(&b.direction).signum(), &v)]);
+                    b.rows.push((row, size));
                 }
-                None if n_groups < dim => groups.push((v, vec![(row, size)])),
+                None if n_bundles < dim => bundles.push(Bundle { direction: v, rows: vec![(row, size)] }),
                 None => {}
             }
         }
         let own = solver.interface.constraints.0.get(&(node as u32));
         let mut p = Prescribed { node, directions: Vec::new(), inverse: Vec::new(), rows: Vec::new() };
-        for (d, mut rows) in groups {
-            let unit = d.map(|c| c / norm(&d));
+        for Bundle { direction, mut rows } in bundles {
+            let unit = vector::unit(&direction);
             let free = own.map_or(unit, |own| own.free_part(&unit, dim));
             let parallel = |other: &[f64; 3]| dot(other, &free).abs() > 0.999 * norm(other) * norm(&free);
             if norm(&free) < HELD || p.directions.iter().any(parallel) {

@@ -15,7 +15,7 @@ pub enum Response {
     /// By dense algebra on the interface.
     Condensed(Condensed),
     /// By solves of the whole body.
-    Solver(Box<Solver>),
+    Solver(Solver),
 }
 
 /// What a response knows of a body apart from its operators: values of rows on the first rank, none elsewhere.
@@ -44,7 +44,7 @@ impl Body {
             let condensed = Condensed::new(self, values);
             Response::Condensed(crate::parallel::agree(group, condensed)?)
         } else {
-            Response::Solver(Box::new(Solver::new(self, group, values)))
+            Response::Solver(Solver::new(self, group, values))
         };
         self.cost.add(|c| c.interface += start.elapsed().as_secs_f64());
         self.refresh(group, &mut response)?;
@@ -63,7 +63,7 @@ impl Body {
         *response = if self.is_condensed() {
             Response::Condensed(crate::parallel::agree(group, Condensed::new(self, values))?)
         } else {
-            Response::Solver(Box::new(Solver::new(self, group, values)))
+            Response::Solver(Solver::new(self, group, values))
         };
         self.refresh(group, response)
     }
@@ -100,9 +100,8 @@ impl Body {
         let n_nodes = self.interface.owned.len();
         let values = response.values_mut();
         values.mode_interface = modes.map(|k| (0..n_nodes).flat_map(|i| at_node(k, i)).collect()).collect();
-        let at_rows = |u: &Vec<f64>| values.rows.iter().map(|row| row.displacement(u, dim)).collect();
-        values.free = at_rows(&interface);
-        values.modes = values.mode_interface.iter().map(at_rows).collect();
+        values.free = values.at_rows(&interface, dim);
+        values.modes = values.mode_interface.iter().map(|mode| values.at_rows(mode, dim)).collect();
         values.free_interface = interface;
         values.mode_work = self.mode_work();
         Ok(())
@@ -158,6 +157,11 @@ impl Response {
 }
 
 impl RowValues {
+    /// Row displacements of displacements at the interface nodes.
+    fn at_rows(&self, u: &[f64], dim: usize) -> Vec<f64> {
+        self.rows.iter().map(|row| row.displacement(u, dim)).collect()
+    }
+
     /// Adds the free displacements and the modes to those of the contact forces, at the interface nodes.
     pub fn complete(&self, mut u: Vec<f64>, alpha: &[f64]) -> Vec<f64> {
         std::iter::zip(&mut u, &self.free_interface).for_each(|(u, free)| *u += free);

@@ -68,16 +68,15 @@ impl Solver {
         if self.group.rank() == 0 {
             return Ok(());
         }
+        // A failure is every rank's: the first rank finds it too, and then finishes.
+        let mut served = Ok(());
         loop {
-            match self.request(Request::Finish) {
-                Request::Finish => return Ok(()),
-                Request::Solve => {
-                    self.solve(&[])?;
-                }
-                Request::Prescribe => {
-                    self.prescribe(&[])?;
-                }
-            }
+            let result = match self.request(Request::Finish) {
+                Request::Finish => return served,
+                Request::Solve => self.solve(&[]),
+                Request::Prescribe => self.prescribe(&[]),
+            };
+            served = served.and(result.map(|_| ()));
         }
     }
 

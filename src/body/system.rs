@@ -8,7 +8,8 @@ use crate::{
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{cell::Cell, rc::Rc, time::Instant};
 
-/// A relative residual above this gets a condensed body one step of iterative refinement.
+/// A relative residual above this, and above what rounding the product A x alone leaves, gets a condensed body one step
+/// of iterative refinement.
 const REFINE: f64 = 1e-12;
 
 /// Counters that a body shares with its responses.
@@ -39,7 +40,9 @@ pub(super) struct Setting {
 
 /// The stiffness matrix with its solver. Vectors: owned unknowns, in the nodes' frames.
 pub(super) struct System {
-    pub matrix: Matrix,
+    matrix: Matrix,
+    /// Largest diagonal entry, N/m.
+    diagonal: f64,
     answer: Answer,
     setting: Setting,
     cost: SharedCost,
@@ -105,7 +108,8 @@ impl System {
             Answer::Solver(ksp)
         };
         cost.add(|c| c.factorisations += 1);
-        Ok(System { matrix, answer, setting, cost: cost.clone() })
+        let diagonal = matrix.largest_diagonal()?;
+        Ok(System { matrix, diagonal, answer, setting, cost: cost.clone() })
     }
 
     pub fn setting(&self) -> Setting {
@@ -198,8 +202,9 @@ impl System {
     pub fn refine(&self, group: &SimpleCommunicator, b: &[f64], x: Vec<f64>) -> Result<Vec<f64>> {
         let residual = self.residual(group, b, &x)?;
         let squares = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
-        let sums = parallel::sum(group, &[squares(&residual), squares(b)]);
-        if sums[0].sqrt() <= REFINE * sums[1].sqrt() {
+        let sums = parallel::sum(group, &[squares(&residual), squares(b), squares(&x)]);
+        let round_off = 16.0 * f64::EPSILON * self.diagonal * sums[2].sqrt();
+        if sums[0].sqrt() <= (REFINE * sums[1].sqrt()).max(round_off) {
             return Ok(x);
         }
         self.correct(group, x, &residual)
@@ -212,7 +217,7 @@ impl System {
     }
 
     /// A x. Collective.
-    pub fn times(&self, group: &SimpleCommunicator, x: &[f64]) -> Result<Vec<f64>> {
+    fn times(&self, group: &SimpleCommunicator, x: &[f64]) -> Result<Vec<f64>> {
         let (x, y) = (vector(group, x)?, Vector::zeros(group, x.len())?);
         self.matrix.times(&x, &y)?;
         y.to_vec()

@@ -285,9 +285,9 @@ mod tests {
     fn products_are_by_rows_and_columns() {
         let (a, x) = example(5);
         let y = a.times(&x).unwrap();
-        for i in 0..5 {
+        for (i, y) in y.iter().enumerate() {
             let sum: f64 = (0..5).map(|j| a.at(i, j) * x[j]).sum();
-            assert!((y[i] - sum).abs() < 1e-14);
+            assert!((y - sum).abs() < 1e-14);
         }
         let p = a.principal(&[3, 0]);
         assert_eq!((p.at(0, 0), p.at(0, 1), p.at(1, 1)), (a.at(3, 3), a.at(3, 0), a.at(0, 0)));

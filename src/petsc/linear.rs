@@ -149,6 +149,18 @@ impl Matrix {
         }
     }
 
+    /// Largest diagonal entry over all ranks.
+    pub fn largest_diagonal(&self) -> Result<f64> {
+        let mut largest = 0.0;
+        // SAFETY: valid handles; the vector has the matrix's layout.
+        unsafe {
+            let d = Vector(make(|v| sys::MatCreateVecs(self.0, v, ptr::null_mut()))?);
+            check(sys::MatGetDiagonal(self.0, d.0))?;
+            check(sys::VecNorm(d.0, sys::NormType::NORM_INFINITY, &mut largest))?;
+        }
+        Ok(largest)
+    }
+
     /// y = A x.
     pub fn times(&self, x: &Vector, y: &Vector) -> Result<()> {
         // SAFETY: valid handles of matching layout.
