@@ -196,7 +196,7 @@ impl Run {
         if found.reason.converged() && beyond {
             found.reason = Reason::Penetration;
         }
-        self.checks = worst(self.checks, checks(&balances, &pairs, &tables, world));
+        self.checks = worst(self.checks, checks(&balances, &pairs, &found.ends, world));
         let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
         let counts = share_outcome(world, &mut found.reason, counts);
         self.reason = found.reason;
