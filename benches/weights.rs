@@ -69,6 +69,7 @@ fn case_text(ratio: f64) -> String {
     format!(
         r#"
 analysis = "plane strain"
+alternation = {{ driver = "relaxed" }}
 [material.a]
 young = {young:e}
 poisson = 0.3

@@ -1,7 +1,10 @@
 //! What a wrong case file says, rule by rule, and what good files mean.
 use std::path::Path;
 
-use kontakt::case::{self, Case, Gap, LoadKind, Property, Region, Scalar, Temperature, Weights};
+use kontakt::case::{
+    self, BodyRef, Case, ContactGeometry, Driver, Gap, LoadKind, Property, Region, RigidShape, Scalar,
+    Temperature, Transfer, Weights,
+};
 use kontakt::error::Error;
 
 /// A case that is right; the tests change one thing in it.
@@ -338,11 +341,19 @@ fn contacts() {
         ("gap = 5e-5", "conjugate = \"nearest\"", "one of 'closest point', 'intersection' is needed"),
         (
             "[[contact]]",
-            "[alternation]\nweights = 1\n[[contact]]",
+            "[alternation]\ndriver = \"relaxed\"\nweights = 1\n[[contact]]",
             "1 was given; a constant weight must be in (0, 1)",
         ),
-        ("[[contact]]", "[alternation]\nweights = 0.0\n[[contact]]", "a constant weight must be in (0, 1)"),
-        ("[[contact]]", "[alternation]\nweights = \"respons\"\n[[contact]]", "did you mean 'response'?"),
+        (
+            "[[contact]]",
+            "[alternation]\ndriver = \"relaxed\"\nweights = 0.0\n[[contact]]",
+            "a constant weight must be in (0, 1)",
+        ),
+        (
+            "[[contact]]",
+            "[alternation]\ndriver = \"relaxed\"\nweights = \"respons\"\n[[contact]]",
+            "did you mean 'response'?",
+        ),
         (
             "[[contact]]",
             "[alternation]\ntolerance = 0\n[[contact]]",
@@ -358,6 +369,251 @@ fn contacts() {
         ),
         ("[[contact]]", "[output]\nmagnification = -1\n[[contact]]", "must be >= 0"),
     ]);
+}
+
+#[test]
+fn drivers() {
+    let contact = "[[contact]]\nname = \"main\"\n";
+    let with = |alternation: &str, own: &str| format!("[alternation]\n{alternation}\n{contact}{own}\n");
+    for (alternation, own, expected) in [
+        (
+            "driver = \"activ set\"\nweights = 3",
+            "conjugate = \"intersection\"",
+            "f.toml:29: alternation.driver: \"activ set\" was given; one of 'active set', 'relaxed' is needed; did you \
+             mean 'active set'?",
+        ),
+        (
+            "weights = 0.5",
+            "",
+            "f.toml:29: alternation.weights: 0.5 was given; weights belong to driver = \"relaxed\"; the driver",
+        ),
+        (
+            "driver = \"active set\"\nweights = \"nonsense\"",
+            "",
+            "alternation.weights: \"nonsense\" was given; weights belong to driver = \"relaxed\"",
+        ),
+        (
+            "driver = \"relaxed\"\ntransfer = \"mortar\"",
+            "geometry = \"updated\"",
+            "f.toml:30: alternation.transfer: \"mortar\" was given; driver = \"relaxed\" corrects nodal values at \
+             conjugate points",
+        ),
+        ("transfer = \"morter\"", "", "one of 'mortar', 'pointwise' is needed; did you mean 'mortar'?"),
+        (
+            "driver = \"relaxed\"",
+            "geometry = \"updated\"",
+            "f.toml:32: contact.main.geometry: \"updated\" was given; driver = \"relaxed\" keeps the normals and gaps",
+        ),
+        ("", "geometry = \"update\"", "one of 'initial', 'updated' is needed; did you mean 'updated'?"),
+        (
+            "",
+            "conjugate = \"intersection\"",
+            "contact.main.conjugate: \"intersection\" was given; 'conjugate' belongs to transfer = \"pointwise\"",
+        ),
+        (
+            "",
+            "conjugate = \"closest point\"",
+            "contact.main.conjugate: \"closest point\" was given; 'conjugate' belongs to transfer = \"pointwise\"",
+        ),
+    ] {
+        check(&[(contact, &with(alternation, own), expected)]);
+    }
+    check(&[(
+        "name = \"upper\"",
+        "name = \"upper\"\nresponse = \"dense\"",
+        "body.upper.response: \"dense\" was given; one of 'automatic', 'condensed', 'solver' is needed",
+    )]);
+    for (alternation, own, driver, transfer, limit) in [
+        ("", "geometry = \"updated\"", Driver::ActiveSet, Transfer::Mortar, 1000),
+        (
+            "transfer = \"pointwise\"",
+            "conjugate = \"intersection\"\ngeometry = \"updated\"",
+            Driver::ActiveSet,
+            Transfer::Pointwise,
+            1000,
+        ),
+        (
+            "driver = \"relaxed\"",
+            "conjugate = \"intersection\"",
+            Driver::Relaxed(Weights::Response),
+            Transfer::Pointwise,
+            200,
+        ),
+    ] {
+        let case = read_text(&GOOD.replace(contact, &with(alternation, own)), None, &[]).unwrap();
+        let found = &case.alternation;
+        assert_eq!((found.driver, found.transfer, found.max_alternations), (driver, transfer, limit));
+        let updated = case.contacts[0].geometry == ContactGeometry::Updated;
+        assert_eq!(updated, own.contains("updated"));
+    }
+    let plain = read_text(GOOD, None, &[]).unwrap();
+    assert_eq!(plain.alternation, Default::default());
+}
+
+/// A rigid body below the good case's, in contact with it.
+const ANVIL: &str = r#"
+[[body]]
+name = "anvil"
+rigid.plane = { through = [0, -0.01], normal = [0, 2] }
+rigid.y = "1 mm"
+
+[[contact]]
+name = "base"
+surfaces = ["lower.bottom", "anvil.surface"]
+
+[[variant]]"#;
+
+#[test]
+fn rigid_bodies() {
+    let with = |old: &str, new: &str| {
+        assert!(ANVIL.contains(old), "'{old}' is not in the rigid body");
+        ANVIL.replacen(old, new, 1)
+    };
+    let plane = "rigid.plane = { through = [0, -0.01], normal = [0, 2] }";
+    for (old, new, expected) in [
+        (plane, "", "body.anvil.rigid: none given; exactly one of plane, circle, polyline is needed"),
+        (
+            &format!("{plane}\nrigid.y = \"1 mm\""),
+            "rigid = 3",
+            "f.toml:41: body.anvil.rigid: 3 is an integer; a table is needed",
+        ),
+        (
+            plane,
+            &format!("{plane}\nrigid.circle = {{ center = [0, 0], radius = 1 }}"),
+            "body.anvil.rigid: plane and circle given; exactly one of",
+        ),
+        ("plane =", "plan =", "body.anvil.rigid.plan: unknown key 'plan'; did you mean 'plane'?"),
+        ("through = [0, -0.01], ", "", "body.anvil.rigid.plane.through: missing"),
+        (
+            "[0, 2]",
+            "[0, 0]",
+            "body.anvil.rigid.plane.normal: [0, 0] was given; a normal must have a length > 0",
+        ),
+        (
+            "[0, 2]",
+            "[\"1 mm\", 0]",
+            "'1 mm' is a length; body.anvil.rigid.plane.normal.0 needs a pure number",
+        ),
+        ("\"1 mm\"", "\"1 K\"", "f.toml:42: body.anvil.rigid.y: '1 K' is a temperature"),
+        ("\"1 mm\"", "\"x\"", "body.anvil.rigid.y: 'x' is not a number with a unit"),
+        (
+            plane,
+            "rigid.circle = { center = [0, 0], radius = 0 }",
+            "body.anvil.rigid.circle.radius: 0 was given; must be > 0",
+        ),
+        (
+            plane,
+            "rigid.circle = { center = [0, 0], radius = 1, inside = \"yes\" }",
+            "body.anvil.rigid.circle.inside: \"yes\" is a string; true or false is needed",
+        ),
+        (
+            plane,
+            "rigid.polyline = { points = [[0, 0]] }",
+            "body.anvil.rigid.polyline.points: [[0, 0]] was given; at least two points are needed",
+        ),
+        (plane, "rigid.polyline = { points = [[0, 0], [1, 0], [1, 0]] }", "points 1 and 2 are the same"),
+        (
+            plane,
+            "rigid.polyline = { points = [[0, 0], [1, 0], [0.5, 0]] }",
+            "at point 1 the line turns back on",
+        ),
+        (
+            "\"anvil.surface\"",
+            "\"anvil.top\"",
+            "'anvil.top' was given; on body 'anvil' there is no surface 'top'; there is: surface",
+        ),
+        ("name = \"anvil\"", "name = \"upper\"", "there are two bodies named 'upper'; the first is in line"),
+        (
+            "[[contact]]",
+            "[[probe]]\nname = \"B\"\nbody = \"anvil\"\nat = [0, 0]\n[[contact]]",
+            "probe.B.body: \"anvil\" was given; a rigid body has nothing to report",
+        ),
+        (
+            "[[contact]]",
+            "[alternation]\ndriver = \"relaxed\"\n[[contact]]",
+            "body.anvil.rigid: driver = \"relaxed\" shares each correction between two deformable bodies",
+        ),
+        (
+            "[[contact]]",
+            "[[body]]\nname = \"die\"\nrigid.circle = { center = [0, 0], radius = 1 }\n[[contact]]\n\
+             surfaces = [\"anvil.surface\", \"die.surface\"]\n[[contact]]",
+            "contact.1.surfaces: [\"anvil.surface\", \"die.surface\"] was given; 'anvil' and 'die' are both rigid",
+        ),
+    ] {
+        let text = GOOD.replacen("[[variant]]", &with(old, new), 1);
+        let error = read_text(&text, None, &[]).unwrap_err();
+        assert!(error.contains(expected), "'{new}' gives\n  {error}\nnot\n  {expected}");
+        // A wrong name makes what refers to it wrong, too.
+        let follows = new == "plan =" || new.contains("\"upper\"");
+        assert!(error.lines().count() == 1 || follows, "'{new}' gives more than one error:\n{error}");
+    }
+    for (key, value) in [
+        ("material", "\"steel\""),
+        ("mesh", "{ disc = 3 }"),
+        ("element", "\"quad4\""),
+        ("formulation", "\"standard\""),
+        ("temperature", "300"),
+        ("support", "[]"),
+        ("load", "[{ body_force = [0, 1] }]"),
+        ("solver", "\"-ksp_type cg\""),
+        ("response", "\"solver\""),
+    ] {
+        let text = GOOD.replacen("[[variant]]", &with("rigid.y", &format!("{key} = {value}\nrigid.y")), 1);
+        let error = read_text(&text, None, &[]).unwrap_err();
+        let expected =
+            format!("f.toml:42: body.anvil.{key}: belongs to a deformable body; a rigid one has only");
+        assert!(error.starts_with(&expected) && error.lines().count() == 1, "{error}");
+    }
+    let alone = "analysis = \"plane stress\"\nbody = [{ name = \"a\", rigid.plane = { through = [0, 0], normal = [0, 1] } }]\n";
+    let error = read_text(alone, None, &[]).unwrap_err();
+    assert!(
+        error.starts_with("f.toml:2: body: all bodies are rigid; at least one deformable body is"),
+        "{error}"
+    );
+
+    // The rigid body stands first in the file: the deformable ones keep their own count.
+    let (anvil, rest) = ANVIL.split_once("[[contact]]").unwrap();
+    let text = GOOD.replacen("[[body]]", &format!("{anvil}[[body]]"), 1);
+    let text = text.replacen("[[variant]]", &format!("[[contact]]{rest}"), 1);
+    let case = read_text(&text, None, &[]).unwrap();
+    assert_eq!((case.bodies.len(), case.rigid.len(), case.probes[0].body), (2, 1, 1));
+    let bodies: Vec<BodyRef> = case.contacts.iter().flat_map(|c| &c.surfaces).map(|s| s.body).collect();
+    let [lower, upper, anvil] = [BodyRef::Deformable(0), BodyRef::Deformable(1), BodyRef::Rigid(0)];
+    assert_eq!(bodies, [upper, lower, lower, anvil]);
+    let names: Vec<&str> = bodies.iter().map(|body| case.body_name(*body)).collect();
+    assert_eq!(names, ["upper", "lower", "lower", "anvil"]);
+    assert_eq!(case.rigid[0].motion, [0.0, 1e-3, 0.0]);
+    let normal = [0.0, 1.0, 0.0];
+    assert_eq!(case.rigid[0].shape, RigidShape::Plane { through: [0.0, -0.01, 0.0], normal });
+}
+
+#[test]
+fn steps() {
+    for (steps, expected) in [
+        ("[[step]]\nload = 1", "step.0.load: unknown key 'load'; did you mean 'loads'?"),
+        ("[[step]]\nname = \"a\"\nloads = inf", "step.a.loads: inf was given; a finite number is needed"),
+        (
+            "[[step]]\nsupports = \"1 mm\"",
+            "step.0.supports: '1 mm' is a length; step.0.supports needs a pure number",
+        ),
+        ("[[step]]\ntemperature = true", "step.0.temperature: true is a boolean; a number is needed"),
+        ("[[step]]\nname = \"\"", "step.0.name: \"\" was given; a name must have a letter"),
+        ("[[step]]\nname = 3", "step.0.name: 3 is an integer; a string is needed"),
+        (
+            "[[step]]\nname = \"a\"\n[[step]]\nname = \"a\"",
+            "there are two steps named 'a'; the first is in line",
+        ),
+        ("[step]\nloads = 1", "write [[step]]"),
+    ] {
+        check(&[("[[contact]]", &format!("{steps}\n[[contact]]"), expected)]);
+    }
+    let text =
+        GOOD.replace("[[contact]]", "[[step]]\nname = \"on, 1/2\"\nloads = -0.5\n[[step]]\n[[contact]]");
+    let case = read_text(&text, None, &["step.1.temperature=0"]).unwrap();
+    let factors: Vec<_> =
+        case.steps.iter().map(|s| (s.name.as_deref(), s.loads, s.supports, s.temperature)).collect();
+    assert_eq!(factors, [(Some("on, 1/2"), -0.5, 1.0, 1.0), (None, 1.0, 1.0, 0.0)]);
+    assert!(read_text(GOOD, None, &[]).unwrap().steps.is_empty());
 }
 
 #[test]
@@ -524,12 +780,13 @@ fn files_of_materials_and_temperatures() {
 fn values_arrive() {
     let text = GOOD.replace("temperature = 393", "temperature = \"max(600 - 16000*x, 200)\"").replace(
         "[[contact]]",
-        "[alternation]\nweights = \"response per surface\"\ntolerance = 1e-6\n[[contact]]",
+        "[alternation]\ndriver = \"relaxed\"\nweights = \"response per surface\"\ntolerance = 1e-6\n[[contact]]",
     );
     let case = read_text(&text, None, &[]).unwrap();
     let Some(Temperature::Field(field)) = &case.bodies[0].temperature else { panic!("field") };
     assert_eq!((field.at(&[0.0, 0.0, 0.0]), field.at(&[0.03, 0.0, 0.0])), (600.0, 200.0));
-    assert_eq!((case.alternation.weights, case.alternation.tolerance), (Weights::ResponseSurface, 1e-6));
+    assert_eq!(case.alternation.driver, Driver::Relaxed(Weights::ResponseSurface));
+    assert_eq!((case.alternation.tolerance, case.alternation.max_alternations), (1e-6, 200));
     let LoadKind::Pressure(Region::Surface { name, within: None }, Scalar::Constant(p)) =
         &case.bodies[1].loads[0].kind
     else {
@@ -538,9 +795,26 @@ fn values_arrive() {
     assert_eq!((name.as_str(), *p), ("top", 1e8));
     assert_eq!(
         (case.contacts[0].surfaces[0].body, case.contacts[0].surfaces[0].surface.as_str()),
-        (1, "bottom")
+        (BodyRef::Deformable(1), "bottom")
     );
     assert_eq!(case.name, "f");
+}
+
+#[test]
+fn every_shipped_case_reads_with_every_variant() {
+    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+    let mut read = 0;
+    for entry in std::fs::read_dir(cases).unwrap() {
+        let path = entry.unwrap().path();
+        if path.join("case.toml").is_file() {
+            let variants = case::variant_names(&path).unwrap();
+            for variant in std::iter::once(None).chain(variants.iter().map(|v| Some(v.as_str()))) {
+                case::read(&path, variant, &[]).unwrap_or_else(|error| panic!("{variant:?}: {error}"));
+                read += 1;
+            }
+        }
+    }
+    assert!(read > 20, "{read}");
 }
 
 #[test]
@@ -569,6 +843,92 @@ fn a_turned_case_and_one_in_other_units_are_the_same_case() {
 
     let boxed = text.replace("surface = \"top\"\n", "surface = \"top\"\nwithin = { x = [0, 1] }\n");
     assert!(read_text(&boxed, None, &[]).unwrap().rotated(1.0).is_err());
+}
+
+/// A case with everything that a position can be in.
+fn placed() -> Case {
+    let more = "\n[[body]]\nname = \"r\"\nrigid.circle = { center = [0.02, 0.1], radius = 0.01, inside = true }\n\
+                [[body]]\nname = \"s\"\nrigid.polyline = { points = [[0, -1], [1, -1]] }\nrigid.x = 1e-3\n\
+                [[contact]]\nsurfaces = [\"s.surface\", \"upper.top\"]\nwithin = { x = [0, 1] }\n\
+                [output]\nwindow = [[0, 0], [1, 1]]\n[[step]]\nloads = 0.5\n";
+    let text = GOOD.replace("temperature = 393", "temperature = \"300 + 1000*x\"").replace(
+        "surface = \"top\"\npressure = \"100 MPa\"",
+        "surface = \"top\"\nwithin = { y = [0, 1] }\ntraction = [\"y\", 4]",
+    );
+    read_text(
+        &(text.replacen("\n[[variant]]", &format!("{}\n[[variant]]", ANVIL.replace("\n[[variant]]", "")), 1)
+            + more),
+        None,
+        &[],
+    )
+    .unwrap()
+}
+
+#[test]
+fn a_moved_case_is_the_same_case() {
+    let case = placed();
+    let moved = case.translated(3.0, -2.0).unwrap();
+    let Some(Temperature::Field(field)) = &moved.bodies[0].temperature else { panic!("field") };
+    assert!((field.at(&[3.02, 7.0, 0.0]) - 320.0).abs() < 1e-11);
+    let LoadKind::Traction(Region::Surface { within: Some(within), .. }, [x, ..]) =
+        &moved.bodies[1].loads[0].kind
+    else {
+        panic!("traction")
+    };
+    assert!((x.at(&[0.0, -1.95, 0.0]) - 0.05).abs() < 1e-15);
+    assert_eq!([within[0][0], within[0][1], within[1][1]], [f64::NEG_INFINITY, -2.0, -1.0]);
+    let within = moved.contacts[2].surfaces[1].within.unwrap();
+    assert_eq!([within[0][0], within[1][0], within[1][1]], [3.0, 4.0, f64::INFINITY]);
+    let case::Geometry::Generated { translate, .. } = moved.bodies[1].geometry else { panic!("generated") };
+    assert_eq!((translate, moved.probes[0].at), ([3.0, -2.0], [3.0, -1.98, 0.0]));
+    assert_eq!(moved.output.window, Some([[3.0, -2.0], [4.0, -1.0]]));
+    let shapes: Vec<&RigidShape> = moved.rigid.iter().map(|r| &r.shape).collect();
+    let normal = [0.0, 1.0, 0.0];
+    assert_eq!(shapes[0], &RigidShape::Plane { through: [3.0, -2.01, 0.0], normal });
+    assert_eq!(shapes[1], &RigidShape::Circle { center: [3.02, -1.9, 0.0], radius: 0.01, inside: true });
+    assert_eq!(shapes[2], &RigidShape::Polyline { points: vec![[3.0, -3.0, 0.0], [4.0, -3.0, 0.0]] });
+    assert_eq!((moved.rigid[0].motion, moved.steps), (case.rigid[0].motion, case.steps));
+}
+
+#[test]
+fn rigid_bodies_turn_and_scale_with_the_case() {
+    let near = |a: [f64; 3], b: [f64; 3]| {
+        assert!(std::iter::zip(a, b).all(|(a, b)| (a - b).abs() < 1e-15), "{a:?} {b:?}")
+    };
+    let case = read_text(&GOOD.replacen("[[variant]]", ANVIL, 1), None, &[]).unwrap();
+    let turned = case.rotated(std::f64::consts::FRAC_PI_2).unwrap();
+    near(turned.rigid[0].motion, [-1e-3, 0.0, 0.0]);
+    let RigidShape::Plane { through, normal } = turned.rigid[0].shape else { panic!("plane") };
+    near(through, [0.01, 0.0, 0.0]);
+    near(normal, [-1.0, 0.0, 0.0]);
+    let case = placed().rescaled(1e3, 1e-6);
+    assert_eq!((case.rigid[0].motion, case.rigid[2].motion), ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0]));
+    let normal = [0.0, 1.0, 0.0];
+    assert_eq!(case.rigid[0].shape, RigidShape::Plane { through: [0.0, -10.0, 0.0], normal });
+    assert_eq!(
+        case.rigid[1].shape,
+        RigidShape::Circle { center: [20.0, 100.0, 0.0], radius: 10.0, inside: true }
+    );
+    assert_eq!(
+        case.rigid[2].shape,
+        RigidShape::Polyline { points: vec![[0.0, -1e3, 0.0], [1e3, -1e3, 0.0]] }
+    );
+}
+
+#[test]
+fn a_swapped_case_names_the_same_things() {
+    let case = placed();
+    let swapped = case.swapped();
+    let pairs = |case: &Case| -> Vec<[String; 2]> {
+        let name = |s: &case::SurfaceName| format!("{}.{}", case.body_name(s.body), s.surface);
+        case.contacts.iter().map(|c| [name(&c.surfaces[0]), name(&c.surfaces[1])]).collect()
+    };
+    let reversed: Vec<[String; 2]> = pairs(&case).into_iter().map(|[a, b]| [b, a]).collect();
+    assert_eq!(pairs(&swapped), reversed);
+    assert_eq!(pairs(&swapped)[2], ["upper.top", "s.surface"]);
+    assert_eq!((swapped.bodies[0].name.as_str(), swapped.rigid[0].name.as_str()), ("upper", "s"));
+    assert_eq!(swapped.bodies[swapped.probes[0].body].name, "upper");
+    assert_eq!(pairs(&swapped.swapped()), pairs(&case));
 }
 
 /// Every character of the good case, replaced or left out: an answer or a message, never a panic, never "internal".

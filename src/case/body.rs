@@ -5,8 +5,8 @@ use super::reader::Fields;
 use super::shape::{self, existing_file};
 use super::temperature_file;
 use super::{
-    BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Property, Region, Scalar, Support,
-    Temperature, Units, nearest,
+    BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Property, Region, ResponseCase, Scalar,
+    Support, Temperature, Units, nearest,
 };
 use crate::element::ElementKind;
 
@@ -30,7 +30,21 @@ impl Formulation {
     }
 }
 
-/// Reads one body.
+impl ResponseCase {
+    /// All, in the order of the schema.
+    const ALL: [ResponseCase; 3] = [ResponseCase::Automatic, ResponseCase::Condensed, ResponseCase::Solver];
+
+    /// Name in the case file.
+    pub fn name(self) -> &'static str {
+        match self {
+            ResponseCase::Automatic => "automatic",
+            ResponseCase::Condensed => "condensed",
+            ResponseCase::Solver => "solver",
+        }
+    }
+}
+
+/// Reads one deformable body.
 pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>) -> Option<BodyCase> {
     let name = fields.name("name");
     let geometry = shape::read(fields);
@@ -52,6 +66,7 @@ pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>) -> Option<Bod
         loads: loads?,
         temperature,
         solver: solver(fields),
+        response: ResponseCase::ALL[fields.choice("response").unwrap_or(0)],
         origin: fields.origin(),
     })
 }

@@ -1,35 +1,72 @@
-//! Reads what joins the bodies and what is reported: `[[contact]]`, `[alternation]`, `[[probe]]`, `[output]`.
-use super::body::{generated_surfaces, surface_error, within};
-use super::node::Value;
+//! Reads what joins the bodies and what is reported: `[[contact]]`, `[[probe]]`, `[output]`.
+use super::body::{surface_error, within};
 use super::reader::{Field, Fields, all};
 use super::{
-    AlternationCase, BodyCase, Conjugate, ContactCase, Gap, OutputCase, ProbeCase, StressComponent,
-    SurfaceName, Weights, nearest,
+    AlternationCase, BodyRef, Conjugate, ContactCase, ContactGeometry, Driver, Gap, OutputCase, ProbeCase,
+    StressComponent, SurfaceName, Transfer, nearest,
 };
 
-/// A body as others refer to it: its name, and the body where it could be read.
-pub(super) type NamedBody<'a> = (&'a str, Option<&'a BodyCase>);
+/// A body as others refer to it.
+pub(super) struct NamedBody<'a> {
+    /// Its name as written, good or not.
+    pub name: &'a str,
+    /// Which body of the case it is.
+    pub body: BodyRef,
+    /// Its surfaces, where they are known before the mesh is read.
+    pub surfaces: Option<&'static [&'static str]>,
+}
 
-/// Reads one pair.
-pub(super) fn read(fields: &Fields<'_>, bodies: &[NamedBody<'_>]) -> Option<ContactCase> {
+/// Reads one pair. `alternation` is `None` where it could not be read.
+pub(super) fn read(
+    fields: &Fields<'_>,
+    bodies: &[NamedBody<'_>],
+    alternation: Option<&AlternationCase>,
+) -> Option<ContactCase> {
     let name = fields.name("name");
     let (gap, offset) = (fields.number("gap"), fields.number("gap_offset"));
     if fields.has("gap") && fields.has("gap_offset") {
         fields.error("'gap' replaces the geometric gap and 'gap_offset' adds to it; give one of the two");
     }
     let search_distance = fields.number_if("search_distance", |value| value > 0.0, "must be > 0");
-    let conjugate = fields.choice("conjugate");
+    let (conjugate, geometry) = (conjugate(fields, alternation), geometry(fields, alternation));
     let surfaces = surfaces(fields, bodies)?;
-    let default_name =
-        || surfaces.each_ref().map(|s| format!("{}.{}", bodies[s.body].0, s.surface)).join("-");
+    let default_name = || {
+        let body_name = |body| bodies.iter().find(|b| b.body == body).map_or("", |b| b.name);
+        surfaces.each_ref().map(|s| format!("{}.{}", body_name(s.body), s.surface)).join("-")
+    };
     Some(ContactCase {
         name: name.map_or_else(default_name, str::to_string),
         gap: gap.map_or(Gap::Geometry { offset: offset.unwrap_or(0.0) }, Gap::Value),
         search_distance,
-        conjugate: [Conjugate::ClosestPoint, Conjugate::Intersection][conjugate.unwrap_or(0)],
+        conjugate: conjugate.unwrap_or(Conjugate::ClosestPoint),
+        geometry: geometry.unwrap_or(ContactGeometry::Initial),
         origin: fields.origin(),
         surfaces,
     })
+}
+
+/// `conjugate`, which only a transfer at conjugate points has a use for.
+fn conjugate(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Option<Conjugate> {
+    let conjugate = [Conjugate::ClosestPoint, Conjugate::Intersection][fields.choice("conjugate")?];
+    match alternation?.transfer {
+        Transfer::Pointwise => Some(conjugate),
+        Transfer::Mortar => fields.field("conjugate")?.refuse(
+            "'conjugate' belongs to transfer = \"pointwise\"; transfer = \"mortar\" integrates over both \
+             surfaces and has no conjugate points",
+        ),
+    }
+}
+
+/// `geometry`, which the relaxed driver cannot update.
+fn geometry(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Option<ContactGeometry> {
+    let geometry = [ContactGeometry::Initial, ContactGeometry::Updated][fields.choice("geometry")?];
+    match (geometry, alternation?.driver) {
+        (ContactGeometry::Updated, Driver::Relaxed(_)) => fields.field("geometry")?.refuse(
+            "driver = \"relaxed\" keeps the normals and gaps it starts with; geometry = \"updated\" needs \
+             driver = \"active set\"",
+        ),
+        _ => Some(geometry),
+    }
 }
 
 fn surfaces(fields: &Fields<'_>, bodies: &[NamedBody<'_>]) -> Option<[SurfaceName; 2]> {
@@ -41,83 +78,64 @@ fn surfaces(fields: &Fields<'_>, bodies: &[NamedBody<'_>]) -> Option<[SurfaceNam
     };
     let (a, b) = (surface(&field, a, bodies), surface(&field, b, bodies));
     let ((body_a, a), (body_b, b)) = (a?, b?);
-    if body_a == body_b && a == b {
+    if body_a.body == body_b.body && a == b {
         return field.refuse("a surface cannot be in contact with itself");
     }
-    if body_a == body_b {
+    if body_a.body == body_b.body {
         return field.refuse("the two surfaces of a pair must belong to different bodies");
     }
-    Some([SurfaceName { body: body_a, surface: a, within }, SurfaceName { body: body_b, surface: b, within }])
+    if let (BodyRef::Rigid(_), BodyRef::Rigid(_)) = (body_a.body, body_b.body) {
+        let (a, b) = (body_a.name, body_b.name);
+        return field
+            .refuse(format!("'{a}' and '{b}' are both rigid; one body of a pair must be deformable"));
+    }
+    let named = |body: &NamedBody<'_>, surface| SurfaceName { body: body.body, surface, within };
+    Some([named(body_a, a), named(body_b, b)])
 }
 
 /// Body and surface of "body.surface".
-fn surface(field: &Field<'_>, name: &str, bodies: &[NamedBody<'_>]) -> Option<(usize, String)> {
+fn surface<'b, 'a>(
+    field: &Field<'_>,
+    name: &str,
+    bodies: &'b [NamedBody<'a>],
+) -> Option<(&'b NamedBody<'a>, String)> {
     let Some((body, surface)) = name.split_once('.').filter(|(_, surface)| !surface.is_empty()) else {
         field.error(format!("'{name}' was given; a surface is written \"body.surface\""));
         return None;
     };
-    let index = index_of(field, body, bodies)?;
-    let known = bodies[index].1.and_then(|body| generated_surfaces(&body.geometry));
-    match surface_error(surface, known) {
+    let found = body_named(field, body, bodies)?;
+    match surface_error(surface, found.surfaces) {
         Some(message) => {
             field.error(format!("'{name}' was given; on body '{body}' {message}"));
             None
         }
-        None => Some((index, surface.to_string())),
+        None => Some((found, surface.to_string())),
     }
 }
 
-fn index_of(field: &Field<'_>, name: &str, bodies: &[NamedBody<'_>]) -> Option<usize> {
-    bodies.iter().position(|(other, _)| *other == name).or_else(|| {
-        let names: Vec<&str> = bodies.iter().map(|(name, _)| *name).filter(|name| !name.is_empty()).collect();
+fn body_named<'b, 'a>(
+    field: &Field<'_>,
+    name: &str,
+    bodies: &'b [NamedBody<'a>],
+) -> Option<&'b NamedBody<'a>> {
+    bodies.iter().find(|other| other.name == name).or_else(|| {
+        let names: Vec<&str> = bodies.iter().map(|b| b.name).filter(|name| !name.is_empty()).collect();
         field.refuse(format!("there is no body '{name}'; {}", nearest::hint(name, &names).trim_end()))
     })
-}
-
-/// Reads `[alternation]`; every key has a default.
-pub(super) fn alternation(case: &Fields<'_>) -> AlternationCase {
-    let mut alternation =
-        AlternationCase { weights: Weights::Response, tolerance: 1e-8, max_alternations: 200 };
-    if let Some(fields) = case.table("alternation") {
-        let in_range = |value: f64| value > 0.0 && value <= 1e-2;
-        let tolerance = fields.number_if("tolerance", in_range, "must be in (0, 1e-2]");
-        alternation.tolerance = tolerance.unwrap_or(alternation.tolerance);
-        alternation.max_alternations =
-            fields.count("max_alternations").unwrap_or(alternation.max_alternations);
-        alternation.weights =
-            fields.field("weights").and_then(|f| weights(&f)).unwrap_or(alternation.weights);
-    }
-    alternation
-}
-
-fn weights(field: &Field<'_>) -> Option<Weights> {
-    const NAMED: [(&str, Weights); 5] = [
-        ("response", Weights::Response),
-        ("response per surface", Weights::ResponseSurface),
-        ("magnitude", Weights::Magnitude),
-        ("component", Weights::Component),
-        ("stiffness", Weights::Stiffness),
-    ];
-    if let Value::Text(name) = &field.node.value {
-        return NAMED.iter().find(|(other, _)| other == name).map(|(_, weights)| *weights).or_else(|| {
-            let names = NAMED.map(|(name, _)| name);
-            let hint = nearest::hint(name, &names);
-            field.refuse(format!("{}or a number in (0, 1)", hint))
-        });
-    }
-    let value = field.number(field.dimension())?;
-    match value > 0.0 && value < 1.0 {
-        true => Some(Weights::Constant(value)),
-        false => field.refuse("a constant weight must be in (0, 1)"),
-    }
 }
 
 /// Reads one probe.
 pub(super) fn probe(fields: &Fields<'_>, bodies: &[NamedBody<'_>]) -> Option<ProbeCase> {
     let (name, at, body) = (fields.name("name"), fields.point("at"), fields.text("body"));
-    let body = index_of(&fields.field("body")?, body?, bodies);
+    let field = fields.field("body")?;
+    let body = match body_named(&field, body?, bodies)?.body {
+        BodyRef::Deformable(body) => body,
+        BodyRef::Rigid(_) => {
+            return field.refuse("a rigid body has nothing to report; probe a deformable one");
+        }
+    };
     let [x, y] = at?;
-    Some(ProbeCase { name: name?.to_string(), body: body?, at: [x, y, 0.0], origin: fields.origin() })
+    Some(ProbeCase { name: name?.to_string(), body, at: [x, y, 0.0], origin: fields.origin() })
 }
 
 /// Reads `[output]`; every key has a default.

@@ -12,12 +12,13 @@ pub struct Expression {
     frame: Frame,
 }
 
-/// The coordinates and the result may be turned and scaled: `value * f(length * R(-angle) x)`.
+/// The coordinates may be turned, moved and scaled, the result scaled: `value * f(length * R(-angle) (x - shift))`.
 #[derive(Debug, Clone, Copy)]
 struct Frame {
     angle: f64,
     sin: f64,
     cos: f64,
+    shift: [f64; 3],
     length: f64,
     value: f64,
 }
@@ -69,13 +70,14 @@ impl Expression {
         if stack_depth(&parser.program) > DEPTH {
             return Err("too deeply nested".into());
         }
-        let frame = Frame { angle: 0.0, sin: 0.0, cos: 1.0, length: 1.0, value: 1.0 };
+        let frame = Frame { angle: 0.0, sin: 0.0, cos: 1.0, shift: [0.0; 3], length: 1.0, value: 1.0 };
         Ok(Expression { text: text.to_string(), program: parser.program, frame })
     }
 
     /// Value at a point.
     pub fn at(&self, x: &[f64; 3]) -> f64 {
-        let Frame { sin, cos, length, value, .. } = self.frame;
+        let Frame { sin, cos, shift, length, value, .. } = self.frame;
+        let x = [0, 1, 2].map(|i| x[i] - shift[i]);
         let x = [length * (cos * x[0] + sin * x[1]), length * (cos * x[1] - sin * x[0]), length * x[2]];
         value * run(&self.program, &x)
     }
@@ -90,13 +92,24 @@ impl Expression {
         let mut turned = self.clone();
         turned.frame.angle += angle;
         (turned.frame.sin, turned.frame.cos) = turned.frame.angle.sin_cos();
+        let (sin, cos) = angle.sin_cos();
+        let [x, y, z] = self.frame.shift;
+        turned.frame.shift = [cos * x - sin * y, sin * x + cos * y, z];
         turned
+    }
+
+    /// The same field on a body moved by `shift`, m.
+    pub fn translated(&self, shift: [f64; 3]) -> Self {
+        let mut moved = self.clone();
+        std::iter::zip(&mut moved.frame.shift, shift).for_each(|(sum, d)| *sum += d);
+        moved
     }
 
     /// The same field with lengths and values given as multiples of other units (`length` = 1e3: m to mm).
     pub fn rescaled(&self, length: f64, value: f64) -> Self {
         let mut scaled = self.clone();
         scaled.frame.length /= length;
+        scaled.frame.shift = scaled.frame.shift.map(|d| d * length);
         scaled.frame.value *= value;
         scaled
     }
@@ -366,5 +379,10 @@ mod tests {
         assert!((turned.at(&[-2.0, 1.0, 0.0]) - field.at(&[1.0, 2.0, 0.0])).abs() < 1e-14);
         let scaled = field.rescaled(1e3, 2.0);
         assert!((scaled.at(&[1e3, 2e3, 0.0]) - 42.0).abs() < 1e-12);
+        let moved = field.translated([5.0, -3.0, 0.0]);
+        assert!((moved.at(&[6.0, -1.0, 0.0]) - 21.0).abs() < 1e-13);
+        // (1, 2) goes to (6, -1), turned to (1, 6), then to mm.
+        let all = moved.rotated(std::f64::consts::FRAC_PI_2).rescaled(1e3, 2.0);
+        assert!((all.at(&[1e3, 6e3, 0.0]) - 42.0).abs() < 1e-11);
     }
 }

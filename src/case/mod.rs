@@ -2,6 +2,7 @@
 //!
 //! [`read`] turns a case file (TOML), an optional variant and `--set` changes into a [`Case`]: plain data,
 //! from which every other module takes its own piece. Nothing downstream sees TOML.
+mod alternation;
 mod body;
 mod contact;
 mod edit;
@@ -13,15 +14,20 @@ mod node;
 mod read;
 mod reader;
 mod reference;
+mod rigid;
 mod schema;
 mod shape;
+mod step;
 mod temperature_file;
 mod transform;
 mod units;
 
+pub use alternation::{AlternationCase, Driver, Transfer, Weights};
 pub use expression::Expression;
 pub use read::{read, variant_names};
 pub use reference::reference;
+pub use rigid::{RigidCase, RigidShape};
+pub use step::StepCase;
 
 use crate::error::Error;
 
@@ -69,16 +75,30 @@ pub struct Case {
     pub units: Units,
     /// Plane stress or plane strain, with the thickness.
     pub analysis: Analysis,
-    /// The bodies, in file order.
+    /// The deformable bodies, in file order.
     pub bodies: Vec<BodyCase>,
+    /// The rigid bodies, in file order.
+    pub rigid: Vec<RigidCase>,
     /// The contact pairs, in file order.
     pub contacts: Vec<ContactCase>,
     /// How the bodies are brought to agree.
     pub alternation: AlternationCase,
+    /// The load steps, in file order; empty: one step with everything as written.
+    pub steps: Vec<StepCase>,
     /// Named points to report.
     pub probes: Vec<ProbeCase>,
     /// What to draw.
     pub output: OutputCase,
+}
+
+impl Case {
+    /// Name of a body.
+    pub fn body_name(&self, body: BodyRef) -> &str {
+        match body {
+            BodyRef::Deformable(i) => &self.bodies[i].name,
+            BodyRef::Rigid(i) => &self.rigid[i].name,
+        }
+    }
 }
 
 /// Which units the case's numbers are in.
@@ -114,7 +134,7 @@ impl Analysis {
     }
 }
 
-/// One body.
+/// One deformable body.
 #[derive(Debug, Clone)]
 pub struct BodyCase {
     /// Name; letters, digits, `_` and `-`.
@@ -133,6 +153,8 @@ pub struct BodyCase {
     pub temperature: Option<Temperature>,
     /// PETSc options for this body's solver, without the prefix (`-ksp_type cg -pc_type gamg`).
     pub solver: Option<String>,
+    /// How it answers forces and displacements on its contact surfaces.
+    pub response: ResponseCase,
     /// Where the body is written.
     pub origin: Origin,
 }
@@ -146,6 +168,17 @@ pub enum Formulation {
     Enhanced,
     /// quad8 with 2 x 2 points: its default.
     Reduced,
+}
+
+/// How a body answers on its contact surfaces. All give the same answer, at another cost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResponseCase {
+    /// Whichever a cost estimate finds cheaper.
+    Automatic,
+    /// By dense algebra on its interface (Schur complement), made once with the factorisation.
+    Condensed,
+    /// By a solve of the whole body for each step.
+    Solver,
 }
 
 /// Source of a mesh.
@@ -388,8 +421,10 @@ pub struct ContactCase {
     pub gap: Gap,
     /// Nodes further apart than this are no candidates, m; `None`: chosen from the surfaces' size.
     pub search_distance: Option<f64>,
-    /// How conjugate points are found.
+    /// How conjugate points are found; [`Transfer::Pointwise`] only.
     pub conjugate: Conjugate,
+    /// Which configuration normals and gap are taken in.
+    pub geometry: ContactGeometry,
     /// Where it is written.
     pub origin: Origin,
 }
@@ -397,12 +432,40 @@ pub struct ContactCase {
 /// A surface of a body.
 #[derive(Debug, Clone)]
 pub struct SurfaceName {
-    /// Index into [`Case::bodies`].
-    pub body: usize,
-    /// Surface name; checked against the mesh later.
+    /// The body.
+    pub body: BodyRef,
+    /// Surface name; on a deformable body checked against the mesh later.
     pub surface: String,
     /// Only the part inside this box.
     pub within: Option<[[f64; 3]; 2]>,
+}
+
+/// A body of the case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BodyRef {
+    /// Index into [`Case::bodies`].
+    Deformable(usize),
+    /// Index into [`Case::rigid`].
+    Rigid(usize),
+}
+
+impl BodyRef {
+    /// Index into [`Case::bodies`], unless the body is rigid.
+    pub fn deformable(self) -> Option<usize> {
+        match self {
+            BodyRef::Deformable(i) => Some(i),
+            BodyRef::Rigid(_) => None,
+        }
+    }
+}
+
+/// Configuration that normals and gap of a pair are taken in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactGeometry {
+    /// The undeformed one: right where displacements are small against the radii of the surfaces.
+    Initial,
+    /// The deformed one, brought up to date as the bodies move.
+    Updated,
 }
 
 /// Initial gap of a pair, m; negative is interference.
@@ -426,47 +489,12 @@ pub enum Conjugate {
     Intersection,
 }
 
-/// The alternation.
-#[derive(Debug, Clone)]
-pub struct AlternationCase {
-    /// Correction weights.
-    pub weights: Weights,
-    /// Relative tolerance of the stop test.
-    pub tolerance: f64,
-    /// Alternations after which it gives up.
-    pub max_alternations: usize,
-}
-
-/// Weights of the corrections ("iteration parameters", eqs. 30-36 of the paper).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Weights {
-    /// One number for both steps (30, 31).
-    Constant(f64),
-    /// Ratio of magnitudes (32, 35).
-    Magnitude,
-    /// Ratio per component (34, 36).
-    Component,
-    /// Response per node: |v_m| / (|v_m| + |v_s|), v = u - u_free. The default.
-    Response,
-    /// Response with norms over the active nodes of the surface.
-    ResponseSurface,
-    /// E'_B / (E'_A + E'_B), constant.
-    Stiffness,
-}
-
-impl Weights {
-    /// True if the weight does not follow the solution.
-    pub fn is_constant(self) -> bool {
-        matches!(self, Weights::Constant(_) | Weights::Stiffness)
-    }
-}
-
 /// A point to report.
 #[derive(Debug, Clone)]
 pub struct ProbeCase {
     /// Name.
     pub name: String,
-    /// Index of the body.
+    /// Index into [`Case::bodies`].
     pub body: usize,
     /// Undeformed position, m.
     pub at: [f64; 3],

@@ -2,9 +2,11 @@
 use std::path::{Path, PathBuf};
 
 use super::contact::{self, NamedBody, refuse_duplicates};
+use super::material::Materials;
 use super::node::{Node, Value};
 use super::reader::{Fields, Reader, all};
-use super::{Analysis, Case, Units, body, edit, material, nearest};
+use super::{Analysis, BodyCase, BodyRef, Case, Driver, RigidCase, Units};
+use super::{alternation, body, edit, material, nearest, rigid, step};
 use crate::error::{Error, Result};
 
 /// Reads a case file, or the `case.toml` of a directory, with one of its variants and `--set` changes
@@ -117,16 +119,31 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
         fields.error_at("body", "at least one body is needed");
     }
     refuse_duplicates(&tables, "bodies");
-    let read: Vec<_> = tables.iter().map(|table| body::read(table, &materials)).collect();
-    let named: Vec<NamedBody<'_>> =
-        tables.iter().zip(&read).map(|(t, body)| (label(t), body.as_ref())).collect();
+    let alternation = alternation::read(&fields);
+    let bodies = read_bodies(&tables, &materials);
+    let named = &bodies.named;
+    if !tables.is_empty() && bodies.deformable.is_empty() {
+        fields.error_at("body", "all bodies are rigid; at least one deformable body is needed");
+    }
+    if let Some(Driver::Relaxed(_)) = alternation.as_ref().map(|a| a.driver) {
+        for table in tables.iter().filter(|table| table.has("rigid")) {
+            table.error_at(
+                "rigid",
+                "driver = \"relaxed\" shares each correction between two deformable bodies; a rigid body needs \
+                 driver = \"active set\"",
+            );
+        }
+    }
     let contacts = fields.tables("contact");
     refuse_duplicates(&contacts, "contacts");
-    let contacts = all(contacts.iter().map(|table| contact::read(table, &named)));
+    let contacts = all(contacts.iter().map(|table| contact::read(table, named, alternation.as_ref())));
+    let steps = fields.tables("step");
+    refuse_duplicates(&steps, "steps");
+    let steps = all(steps.iter().map(step::read));
     let probes = fields.tables("probe");
     refuse_duplicates(&probes, "probes");
-    let probes = all(probes.iter().map(|table| contact::probe(table, &named)));
-    let (alternation, output) = (contact::alternation(&fields), contact::output(&fields));
+    let probes = all(probes.iter().map(|table| contact::probe(table, named)));
+    let output = contact::output(&fields);
     Some(Case {
         name: String::new(),
         title: String::new(),
@@ -134,12 +151,40 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
         text: String::new(),
         units: reader.units,
         analysis: analysis?,
-        bodies: all(read.into_iter())?,
+        bodies: all(bodies.deformable.into_iter())?,
+        rigid: all(bodies.rigid.into_iter())?,
         contacts: contacts?,
-        alternation,
+        alternation: alternation?,
+        steps: steps?,
         probes: probes?,
         output,
     })
+}
+
+/// The bodies as read, `None` where something is wrong with one.
+struct Bodies<'a> {
+    /// All of them, in file order.
+    named: Vec<NamedBody<'a>>,
+    deformable: Vec<Option<BodyCase>>,
+    /// Those with the key `rigid`.
+    rigid: Vec<Option<RigidCase>>,
+}
+
+fn read_bodies<'a>(tables: &[Fields<'a>], materials: &Materials<'_>) -> Bodies<'a> {
+    let mut bodies = Bodies { named: Vec::new(), deformable: Vec::new(), rigid: Vec::new() };
+    for table in tables {
+        let (body, surfaces) = if table.has("rigid") {
+            bodies.rigid.push(rigid::read(table));
+            (BodyRef::Rigid(bodies.rigid.len() - 1), Some(rigid::SURFACES))
+        } else {
+            let read = body::read(table, materials);
+            let surfaces = read.as_ref().and_then(|body| body::generated_surfaces(&body.geometry));
+            bodies.deformable.push(read);
+            (BodyRef::Deformable(bodies.deformable.len() - 1), surfaces)
+        };
+        bodies.named.push(NamedBody { name: label(table), body, surfaces });
+    }
+    bodies
 }
 
 /// The name of a table as written, good or not.
@@ -186,6 +231,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::super::schema::TABLES;
+    use super::super::{ContactGeometry, ResponseCase, RigidShape, Transfer, Weights};
     use super::*;
 
     /// Cases that between them have every table of the schema.
@@ -243,6 +289,16 @@ mesh.disc = { radius = 1, quarter = 2, depth = { to = 0.3, cells = 1 } }
 name = "b"
 material = { young = 1, poisson = 0 }
 mesh = { file = "b.msh", group = "b", scale = 1e-3 }
+[[body]]
+name = "c"
+rigid.plane = { through = [0, 0], normal = [0, 1] }
+[[body]]
+name = "d"
+rigid.circle = { center = [0, 0], radius = 1 }
+[[body]]
+name = "e"
+rigid.polyline = { points = [[0, 0], [1, 0]] }
+[[step]]
 "#,
     ];
 
@@ -280,6 +336,8 @@ poisson = 0.3
 expansion = { temperature = ["0 degC", "100 degC"], value = ["1e-5 1/K", 2e-5] }
 reference_temperature = "20 degC"
 [alternation]
+driver = "relaxed"
+transfer = "pointwise"
 weights = 0.25
 tolerance = 1e-6
 max_alternations = 7
@@ -292,18 +350,29 @@ name = "v"
 title = "V"
 remove = ["contact"]
 set = { thickness = 3 }
+[[variant]]
+name = "active"
+remove = ["alternation.weights", "contact.c.conjugate"]
+set = { "alternation.driver" = "active set", "alternation.transfer" = "mortar", "contact.c.geometry" = "updated", "body.2" = { name = "r", rigid = { circle = { center = [0, 3], radius = "1 mm", inside = true }, x = 1, y = "-1 mm" } } }
+[[step]]
+name = "half"
+loads = 0.5
+supports = -1
+temperature = "50 %"
 [[contact]]
 name = "c"
 surfaces = ["a.left", "b.right"]
 gap_offset = "-1 um"
 search_distance = "1 mm"
 conjugate = "intersection"
+geometry = "initial"
 [[body]]
 name = "a"
 material = "a"
 element = "quad8"
 formulation = "standard"
 solver = "-ksp_type cg"
+response = "solver"
 temperature = "300 + 10*x"
 mesh.rectangle.x = { at = [0, 1, 3], cells = [2, 4], ratio = [1, 3] }
 mesh.rectangle.y = { at = [0, 1], size = [0.1, 0.2] }
@@ -341,6 +410,20 @@ body_force = [0, "-76.5 kN/m3"]
         let case = read(&file, None, &[]).unwrap();
         assert_eq!(case.analysis, Analysis::PlaneStrain { thickness: 2e-3 });
         assert_eq!(case.name, "x");
+        assert_eq!(case.alternation.driver, Driver::Relaxed(Weights::Constant(0.25)));
+        assert_eq!(case.bodies[0].response, ResponseCase::Solver);
+        let step = &case.steps[0];
+        assert_eq!((step.name.as_deref(), step.loads), (Some("half"), 0.5));
+        assert_eq!((step.supports, step.temperature), (-1.0, 0.5));
+        let active = read(&file, Some("active"), &[]).unwrap();
+        assert_eq!(
+            (active.alternation.driver, active.alternation.transfer),
+            (Driver::ActiveSet, Transfer::Mortar)
+        );
+        assert_eq!(active.contacts[0].geometry, ContactGeometry::Updated);
+        let rigid = &active.rigid[0];
+        assert_eq!(rigid.shape, RigidShape::Circle { center: [0.0, 3.0, 0.0], radius: 1e-3, inside: true });
+        assert_eq!(rigid.motion, [1.0, -1e-3, 0.0]);
         let case = read(&file, Some("v"), &["thickness=4".into(), "body.a.temperature=300".into()]).unwrap();
         assert_eq!((case.analysis.thickness(), case.contacts.len()), (4.0, 0));
         assert_eq!((case.title.as_str(), case.variant.as_deref()), ("V", Some("v")));

@@ -179,6 +179,15 @@ impl<'a> Fields<'a> {
         field.count()
     }
 
+    pub fn flag(&self, key: &str) -> Option<bool> {
+        let field = self.field(key)?;
+        field.expect(matches!(field.kind, Kind::Flag))?;
+        match field.node.value {
+            Value::Bool(value) => Some(value),
+            _ => field.wrong("true or false is needed"),
+        }
+    }
+
     pub fn number(&self, key: &str) -> Option<f64> {
         let field = self.field(key)?;
         let Kind::Number(dimension) = field.kind else { return field.mismatch() };

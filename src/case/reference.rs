@@ -182,7 +182,9 @@ fn default(default: Default) -> String {
     match default {
         Default::Required => "**required**".into(),
         Default::Absent => "–".into(),
-        Default::Is(text) if text.contains(['"', '[']) || text.parse::<f64>().is_ok() => format!("`{text}`"),
+        Default::Is(text) if text == "false" || text.contains(['"', '[']) || text.parse::<f64>().is_ok() => {
+            format!("`{text}`")
+        }
         Default::Is(text) => text.into(),
     }
 }
@@ -201,6 +203,7 @@ fn type_of(kind: Kind) -> String {
         Kind::Name => "name (letters, digits, `_`, `-`)".into(),
         Kind::Texts => "array of strings".into(),
         Kind::Choice(choices) => choices.iter().map(|c| format!("`\"{c}\"`")).collect::<Vec<_>>().join(", "),
+        Kind::Flag => "`true`, `false`".into(),
         Kind::Count => "integer > 0".into(),
         Kind::Number(_) => "number".into(),
         Kind::Scalar(_) => "scalar".into(),

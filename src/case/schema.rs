@@ -43,6 +43,8 @@ pub(super) enum Kind {
     Texts,
     /// One of these strings.
     Choice(&'static [&'static str]),
+    /// `true` or `false`.
+    Flag,
     /// A positive integer.
     Count,
     /// A number, or a string with a unit.
@@ -119,7 +121,7 @@ pub(super) const TABLES: &[Table] = &[
                 "Thickness of the slice; forces are for this thickness.",
             ),
             key("material", Named("material"), ABSENT, "Materials, each under a name: `[material.steel]`."),
-            key("body", Tables("body"), REQUIRED, "The bodies, at least one."),
+            key("body", Tables("body"), REQUIRED, "The bodies, at least one of them deformable."),
             key(
                 "contact",
                 Tables("contact"),
@@ -127,6 +129,12 @@ pub(super) const TABLES: &[Table] = &[
                 "The contact pairs. None: one ordinary solve per body.",
             ),
             key("alternation", Table("alternation"), ABSENT, "How the bodies are brought to agree."),
+            key(
+                "step",
+                Tables("step"),
+                is("one, with everything as written"),
+                "Load steps, one after the other.",
+            ),
             key("probe", Tables("probe"), ABSENT, "Points to report."),
             key("output", Table("output"), ABSENT, "What to draw."),
             key("variant", Tables("variant"), ABSENT, "Named changes; see [Variants](#variants)."),
@@ -211,16 +219,17 @@ made once and used again while the matrix does not change: the fastest set-up th
 and one \
 that no material contrast or mesh grading upsets. `solver = \"-ksp_type cg -pc_type gamg\"` changes it for \
 this body, \
-with PETSc's own option names; `-body_<name>_ksp_type cg` does on the command line.",
+with PETSc's own option names; `-body_<name>_ksp_type cg` does on the command line.\n\n\
+A body with `rigid` is a rigid one: it has a `name` and [`rigid`](#rigid) and none of the other keys.",
         keys: &[
             key("name", Name, REQUIRED, "Name, unique among the bodies."),
             key(
                 "material",
                 Either("name, [table](#materialname) or [reference](#a-material-from-a-file)", D::NUMBER),
                 REQUIRED,
-                "Its material.",
+                "Its material; not with `rigid`.",
             ),
-            key("mesh", Table("mesh"), REQUIRED, "Where its mesh comes from."),
+            key("mesh", Table("mesh"), REQUIRED, "Where its mesh comes from; not with `rigid`."),
             key(
                 "element",
                 Choice(ELEMENTS),
@@ -249,7 +258,65 @@ field. Absent: no heat in this body.",
                 is("MUMPS Cholesky"),
                 "PETSc options for this body's equations, without prefix.",
             ),
+            key(
+                "response",
+                Choice(&["automatic", "condensed", "solver"]),
+                is("\"automatic\""),
+                "How it answers on its contact surfaces: by dense algebra on its interface, made once (`condensed`), \
+by a solve of the whole body each time (`solver`), or whichever a cost estimate finds cheaper. The answer is the \
+same.",
+            ),
+            key(
+                "rigid",
+                Table("rigid"),
+                ABSENT,
+                "Makes the body rigid; in place of all the other keys but `name`.",
+            ),
         ],
+    },
+    Table {
+        name: "rigid",
+        heading: "`rigid`",
+        about: "A body without mesh, material and unknowns, in contact only with deformable bodies. Exactly one of \
+`plane`, `circle`, `polyline`. Its only surface is called `surface`: `surfaces = [\"punch.bottom\", \
+\"anvil.surface\"]`. Its outward side is where the bodies are that it may touch. Only with `driver = \"active set\"`.",
+        keys: &[
+            key("plane", Table("rigid.plane"), ABSENT, "A straight line without ends."),
+            key("circle", Table("rigid.circle"), ABSENT, "A disc, or a bore."),
+            key("polyline", Table("rigid.polyline"), ABSENT, "A chain of segments."),
+            key("x", Number(D::LENGTH), is("0"), "Prescribed motion along x."),
+            key("y", Number(D::LENGTH), is("0"), "Prescribed motion along y."),
+        ],
+    },
+    Table {
+        name: "rigid.plane",
+        heading: "`rigid.plane`",
+        about: "",
+        keys: &[
+            key("through", Point(D::LENGTH), REQUIRED, "A point on it."),
+            key("normal", Point(D::NUMBER), REQUIRED, "Outward normal, of any length > 0."),
+        ],
+    },
+    Table {
+        name: "rigid.circle",
+        heading: "`rigid.circle`",
+        about: "",
+        keys: &[
+            key("center", Point(D::LENGTH), REQUIRED, "Centre."),
+            key("radius", Number(D::LENGTH), REQUIRED, "Radius; > 0."),
+            key("inside", Flag, is("false"), "`true`: a bore, which other bodies touch from within."),
+        ],
+    },
+    Table {
+        name: "rigid.polyline",
+        heading: "`rigid.polyline`",
+        about: "",
+        keys: &[key(
+            "points",
+            Points(D::LENGTH),
+            REQUIRED,
+            "The corners, at least two; the body lies to the left of the direction of travel, outward is to the right.",
+        )],
     },
     Table {
         name: "temperature file",
@@ -508,14 +575,27 @@ surface are no candidates.",
                 is("\"closest point\""),
                 "How the point \
 opposite a node is found: closest-point projection, or the intersection of the node's normal with the other \
-surface.",
+surface. Only with `transfer = \"pointwise\"`.",
+            ),
+            key(
+                "geometry",
+                Choice(&["initial", "updated"]),
+                is("\"initial\""),
+                "Normals and gap of the undeformed surfaces, right where displacements are small against their radii; \
+or `updated`, following the deformation. Only with `driver = \"active set\"`.",
             ),
         ],
     },
     Table {
         name: "alternation",
         heading: "`[alternation]`",
-        about: "Weights: `response` is the response per node, |v_m|/(|v_m| + |v_s|) with v = u - u_free, \
+        about: "An alternation is a force step of all bodies and a displacement step of all bodies. The driver says \
+what is made of them. `active set`: which nodes touch is decided by a primal-dual active set, their forces by \
+conjugate gradients, one iteration of which is one alternation. `relaxed`: the paper's alternation, in which each \
+body takes its share of a correction by `weights`.\n\nTransfer: `mortar` integrates over the surface that both have \
+in common; meshes need not match. `pointwise` takes nodal values at conjugate points: with `relaxed` the paper's \
+transfer, and the only one; with `active set` the nodes of one surface against the facets of the other.\n\n\
+Weights: `response` is the response per node, |v_m|/(|v_m| + |v_s|) with v = u - u_free, \
 the default, since \
 it follows the stiffness of the two bodies without being told; `response per surface` takes norms over the \
 active nodes; \
@@ -524,6 +604,18 @@ E'_B); a number in \
 (0, 1) is the paper's constant.",
         keys: &[
             key(
+                "driver",
+                Choice(&["active set", "relaxed"]),
+                is("\"active set\""),
+                "What decides the next step.",
+            ),
+            key(
+                "transfer",
+                Choice(&["mortar", "pointwise"]),
+                is("`active set`: `mortar`; `relaxed`: `pointwise`"),
+                "How displacements and forces cross the interface.",
+            ),
+            key(
                 "weights",
                 Either(
                     "`response`, `response per surface`, `magnitude`, `component`, `stiffness`, or a \
@@ -531,7 +623,7 @@ number",
                     D::NUMBER,
                 ),
                 is("\"response\""),
-                "Weights of the corrections.",
+                "Weights of the corrections. Only with `driver = \"relaxed\"`.",
             ),
             key(
                 "tolerance",
@@ -539,7 +631,35 @@ number",
                 is("1e-8"),
                 "Relative tolerance of the stop test; in (0, 1e-2].",
             ),
-            key("max_alternations", Count, is("200"), "Alternations after which it gives up."),
+            key(
+                "max_alternations",
+                Count,
+                is("`active set`: 1000; `relaxed`: 200"),
+                "Alternations after which it gives up.",
+            ),
+        ],
+    },
+    Table {
+        name: "step",
+        heading: "`[[step]]`",
+        about: "Each step says the whole state at its end: the factors of one step do not build on those of the \
+one before. It starts from the contact state that the one before has found. Without any `[[step]]` there is one step, \
+all factors 1.",
+        keys: &[
+            key("name", Text, ABSENT, "Name, unique among the steps."),
+            key("loads", Number(D::NUMBER), is("1"), "Factor on all loads."),
+            key(
+                "supports",
+                Number(D::NUMBER),
+                is("1"),
+                "Factor on all prescribed displacements, the motion of rigid bodies included.",
+            ),
+            key(
+                "temperature",
+                Number(D::NUMBER),
+                is("1"),
+                "Factor on temperature minus reference temperature.",
+            ),
         ],
     },
     Table {

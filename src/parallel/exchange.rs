@@ -13,6 +13,8 @@ pub enum Partner {
         /// Pair index: distinguishes several pairs between the same two ranks.
         pair: usize,
     },
+    /// A rigid surface, which every group holds itself: nothing is exchanged, an empty vector is received.
+    Rigid,
 }
 
 /// The exchange between the sides of pairs, held by the first rank of every group.
@@ -41,6 +43,7 @@ impl Exchange<'_> {
                 .iter()
                 .map(|partner| match (*partner, self.comm) {
                     (Partner::Here(side), _) => out[side].clone(),
+                    (Partner::Rigid, _) => Vec::new(),
                     (Partner::Remote { rank, pair }, Some(comm)) => {
                         comm.process_at_rank(rank).receive_vec_with_tag(pair as i32).0
                     }
@@ -65,6 +68,11 @@ impl Exchange<'_> {
     /// Sum over the group roots, entry by entry. Collective on them.
     pub fn sum(&self, values: &[f64]) -> Vec<f64> {
         self.comm.map_or_else(|| values.to_vec(), |comm| super::sum(comm, values))
+    }
+
+    /// Largest value over the group roots, of either sign. Collective on them.
+    pub fn max_signed(&self, value: f64) -> f64 {
+        self.comm.map_or(value, |comm| super::max_signed(comm, value))
     }
 
     /// Largest value over the group roots, entry by entry. Collective on them.

@@ -97,6 +97,13 @@ pub fn max(comm: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
     largest
 }
 
+/// Largest value over all ranks, of either sign. Collective.
+pub fn max_signed(comm: &SimpleCommunicator, value: f64) -> f64 {
+    let mut largest = value;
+    comm.all_reduce_into(&value, &mut largest, SystemOperation::max());
+    largest
+}
+
 /// A barrier that sleeps while it waits, so that ranks with nothing to do leave the cores to the others. Collective.
 pub fn idle_barrier(comm: &SimpleCommunicator) {
     let mut request = comm.immediate_barrier();

@@ -4,7 +4,13 @@
 //! This module knows interface vectors, not physics. A body is a [`RespondAtNodes`] (or [`Respond`]): given contact forces it answers with
 //! displacements (force step, Neumann), given contact displacements it answers with forces (displacement step,
 //! Dirichlet). What to do with the two steps is a driver's business; [`alternation`] is the paper's.
+mod active_set;
+#[cfg(test)]
+mod active_set_tests;
 pub mod alternation;
+mod coarse;
+mod coupling;
+mod record;
 mod respond;
 mod side;
 #[cfg(test)]
@@ -12,7 +18,10 @@ mod tests;
 mod verdict;
 pub mod weights;
 
+pub use active_set::{ActiveSet, Limits};
 pub use alternation::{Alternation, Outcome, Settings};
+pub use coarse::{Coarse, Projector};
+pub use coupling::{Coupling, End, Lead, PairRows, Steps};
 pub use respond::Respond;
 pub use side::{ContactNode, Side};
 pub use verdict::{Reason, Watch};

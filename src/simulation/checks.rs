@@ -20,6 +20,34 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
     }
 }
 
+/// No check made yet.
+pub(super) fn none() -> output::Checks {
+    output::Checks {
+        residual: 0.0,
+        equilibrium: 0.0,
+        virtual_work: 0.0,
+        tension: 0.0,
+        complementarity: 0.0,
+        action_reaction: 0.0,
+        penetration: 0.0,
+    }
+}
+
+/// The worse of each of two steps.
+pub(super) fn worst(a: output::Checks, b: output::Checks) -> output::Checks {
+    // A check that could not be made (not a number) must not be hidden.
+    let max = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
+    output::Checks {
+        residual: max(a.residual, b.residual),
+        equilibrium: max(a.equilibrium, b.equilibrium),
+        virtual_work: max(a.virtual_work, b.virtual_work),
+        tension: max(a.tension, b.tension),
+        complementarity: max(a.complementarity, b.complementarity),
+        action_reaction: max(a.action_reaction, b.action_reaction),
+        penetration: max(a.penetration, b.penetration),
+    }
+}
+
 /// The invariants of the run, each relative to its own scale. Collective.
 pub(super) fn checks(
     balances: &[Balance],

@@ -1,0 +1,492 @@
+//! The default driver: primal-dual active set (semi-smooth Newton) outside, conjugate gradients inside.
+//!
+//! Find R >= 0, g = g_free + F R - Z alpha >= 0, R g = 0, Z' R = e. On a fixed active set this is a linear system in R
+//! and alpha, solved by projected conjugate gradients in which one iteration is one alternation: the force step applies
+//! F, the displacement step of one body of each pair preconditions. Then nodes in tension leave the set and nodes that
+//! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
+//! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
+use super::{
+    Coarse, Coupling, Lead, Outcome, PairRows, Projector, Reason, Respond,
+    record::{Recorder, State},
+};
+use crate::{error::Result, output::HistoryRow};
+use std::{
+    collections::HashSet,
+    hash::{DefaultHasher, Hash, Hasher},
+};
+
+/// Smallest thresholds of tension and penetration, relative to the largest force and the elastic approach: with exact
+/// zeros a gap that just closes lets nodes flip in round-off for ever. They grow tenfold, up to the tolerance, when a
+/// set returns.
+const THRESHOLD: f64 = 1e-11;
+
+/// Tolerance of the linear systems while the active set still changes.
+const EARLY: f64 = 1e-3;
+
+/// Iterations without a smaller residual after which round-off is taken to have been reached.
+const PATIENCE: usize = 12;
+
+/// What the user chooses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Residual of the gap at active rows, relative to the elastic approach of the surfaces.
+    pub tolerance: f64,
+    /// Alternations (force steps and active-set updates) after which the driver gives up.
+    pub max_alternations: usize,
+}
+
+/// The driver's state on the rows of this rank.
+pub struct ActiveSet<'c, 'a, B> {
+    /// The bodies.
+    pub coupling: &'c mut Coupling<'a, B>,
+    /// Rows of each end; empty for mortar ends.
+    pub rows: &'c [PairRows],
+    /// The free rigid modes.
+    pub coarse: &'c Coarse,
+    /// The user's choices.
+    pub limits: Limits,
+    /// Compressive row forces, N.
+    pub force: Vec<f64>,
+    /// g_free + F R, m: the gap but for the rigid motions.
+    pub gap: Vec<f64>,
+    /// Amplitudes of the rigid modes.
+    pub alpha: Vec<f64>,
+    /// Rows in contact.
+    pub active: Vec<bool>,
+    /// Leading body of each end's pair.
+    pub lead: Vec<Lead>,
+    /// Active-set updates so far.
+    pub updates: usize,
+    /// Rows that changed at the last update.
+    pub flipped: Vec<usize>,
+    g_free: Vec<f64>,
+    recorder: Recorder,
+    threshold: f64,
+    /// The residual at which the last linear solve ended, relative.
+    residual: f64,
+}
+
+/// How a linear solve on the active set ended.
+#[derive(PartialEq, Eq)]
+enum Inner {
+    Done,
+    RoundOff,
+    Limit,
+}
+
+impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
+    /// Finds where the bodies would penetrate: the first active set and the first guess of the forces. `warm`: forces
+    /// of the last load step. `Err` of the inner result: the rigid motion that nothing stops. Collective on the roots.
+    pub fn new(
+        coupling: &'c mut Coupling<'a, B>,
+        rows: &'c [PairRows],
+        coarse: &'c Coarse,
+        limits: Limits,
+        n_pairs: usize,
+        step: u64,
+    ) -> Self {
+        let initial: Vec<f64> = rows.iter().flat_map(|r| r.gap.iter().copied()).collect();
+        let free = coupling.free();
+        let g_free: Vec<f64> = std::iter::zip(&initial, free).map(|(g, w)| g - w).collect();
+        let n = coupling.n;
+        let recorder = Recorder::new(n_pairs, step);
+        ActiveSet {
+            lead: vec![Lead::Multiplier; coupling.ends.len()],
+            coupling,
+            rows,
+            coarse,
+            limits,
+            force: vec![0.0; n],
+            gap: g_free.clone(),
+            alpha: vec![0.0; coarse.n],
+            active: vec![false; n],
+            updates: 0,
+            flipped: Vec::new(),
+            g_free,
+            recorder,
+            threshold: THRESHOLD,
+            residual: 0.0,
+        }
+    }
+
+    /// Runs to the end; `warm`: forces of the last load step; `progress` sees every row of the history. The inner error
+    /// is the rigid motion on which the loads work and which nothing stops. Collective on the roots.
+    pub fn run(
+        &mut self,
+        warm: Option<&[f64]>,
+        mut progress: impl FnMut(&HistoryRow),
+    ) -> Result<std::result::Result<Outcome, Vec<f64>>> {
+        let (start, alpha) = match self.coarse.start(self.coupling.exchange, &self.g_free) {
+            Ok(start) => start,
+            Err(motion) => return Ok(Err(motion)),
+        };
+        self.alpha = alpha;
+        let guess = match warm {
+            Some(warm) if self.coupling.dot(warm, warm) > 0.0 => warm.to_vec(),
+            _ => start.clone(),
+        };
+        if self.coupling.dot(&start, &start) == 0.0 {
+            return Ok(Ok(self.outcome(Reason::Open)));
+        }
+        self.active = guess.iter().map(|r| *r > 0.0).collect();
+        let reason = self.iterate(guess, &start, &mut progress)?;
+        Ok(Ok(self.outcome(reason)))
+    }
+
+    fn outcome(&mut self, reason: Reason) -> Outcome {
+        Outcome { reason, history: self.recorder.take() }
+    }
+
+    /// Semi-smooth Newton, then feasible steps if it cycles.
+    fn iterate(
+        &mut self,
+        guess: Vec<f64>,
+        start: &[f64],
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Reason> {
+        let mut visited: HashSet<u64> = HashSet::new();
+        let mut early = EARLY.max(self.limits.tolerance);
+        let mut force = guess;
+        loop {
+            let projector = self.coarse.projector(self.coupling.exchange, &self.active);
+            let inner = self.solve(force.clone(), &projector, early, progress)?;
+            let (leaving, entering, worst) = self.violations();
+            let flips = self.coupling.exchange.sum(&[(leaving.len() + entering.len()) as f64])[0] as usize;
+            if flips == 0 {
+                let settled = early <= self.limits.tolerance || inner == Inner::RoundOff;
+                if settled && inner != Inner::Limit {
+                    return Ok(if self.any_active() { Reason::Converged } else { Reason::Open });
+                }
+            }
+            if inner == Inner::Limit || self.recorder.count() >= self.limits.max_alternations {
+                self.flipped = leaving.into_iter().chain(entering).collect();
+                return Ok(Reason::MaxAlternations);
+            }
+            if flips == 0 {
+                early = self.limits.tolerance;
+                force = self.force.clone();
+                continue;
+            }
+            // A few nodes on a nearly exact set: the next solve may as well be the last one.
+            if worst < early {
+                early = self.limits.tolerance;
+            }
+            leaving.iter().for_each(|&j| self.active[j] = false);
+            entering.iter().for_each(|&j| self.active[j] = true);
+            self.flipped = leaving.into_iter().chain(entering).collect();
+            self.updates += 1;
+            if !visited.insert(self.set_hash()) {
+                // Seen before: with the linear systems solved exactly and round-off set aside; if that does not help,
+                // by steps that cannot return.
+                if early > self.limits.tolerance {
+                    early = self.limits.tolerance;
+                    visited.clear();
+                } else if self.threshold < self.limits.tolerance {
+                    self.threshold = (10.0 * self.threshold).min(self.limits.tolerance);
+                    visited.clear();
+                } else {
+                    return self.descend(start, progress);
+                }
+            }
+            self.record(flips, progress);
+            if !self.any_active() && self.coarse.n == 0 {
+                // Nothing compressive is left: the next solve shows what the bodies do alone.
+                self.force.fill(0.0);
+                self.gap = self.g_free.clone();
+            }
+            force = self.force.clone();
+        }
+    }
+
+    /// Feasible active-set method: forces stay compressive and in equilibrium, the energy falls with every step.
+    pub(super) fn descend(
+        &mut self,
+        start: &[f64],
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Reason> {
+        let mut feasible = start.to_vec();
+        self.active = feasible.iter().map(|r| *r > 0.0).collect();
+        let applied = self.apply(&feasible)?;
+        let mut gap: Vec<f64> = std::iter::zip(&self.g_free, &applied).map(|(g, f)| g + f).collect();
+        loop {
+            let projector = self.coarse.projector(self.coupling.exchange, &self.active);
+            (self.force, self.gap) = (feasible.clone(), gap.clone());
+            let inner = self.solve_from_state(&projector, self.limits.tolerance, progress)?;
+            if inner == Inner::Limit || self.recorder.count() >= self.limits.max_alternations {
+                return Ok(Reason::MaxAlternations);
+            }
+            let largest = self.largest(&self.force);
+            let limit = self.threshold * largest;
+            // As far as the first force that vanishes.
+            let ratios: Vec<f64> = (0..self.coupling.n)
+                .map(|j| match self.active[j] && self.force[j] < -limit {
+                    true => feasible[j] / (feasible[j] - self.force[j]),
+                    false => f64::INFINITY,
+                })
+                .collect();
+            let step = ratios.iter().copied().fold(1.0, f64::min);
+            let step = -self.coupling.exchange.max_signed(-step);
+            self.updates += 1;
+            self.flipped.clear();
+            if step < 1.0 {
+                for j in 0..self.coupling.n {
+                    feasible[j] += step * (self.force[j] - feasible[j]);
+                    gap[j] += step * (self.gap[j] - gap[j]);
+                    if ratios[j] <= step * (1.0 + 1e-12) {
+                        (feasible[j], self.active[j]) = (0.0, false);
+                        self.flipped.push(j);
+                    }
+                }
+            } else {
+                (feasible, gap) = (self.force.clone(), self.gap.clone());
+                let (_, entering, _) = self.violations();
+                let deepest = entering.iter().map(|&j| -self.gap_at(j)).fold(0.0, f64::max);
+                let deepest = self.coupling.exchange.max(&[deepest])[0];
+                if deepest == 0.0 {
+                    self.updates -= 1;
+                    return Ok(if self.any_active() { Reason::Converged } else { Reason::Open });
+                }
+                self.flipped = entering.into_iter().filter(|&j| -self.gap_at(j) >= deepest).collect();
+                self.flipped.iter().for_each(|&j| self.active[j] = true);
+            }
+            let flips = self.coupling.exchange.sum(&[self.flipped.len() as f64])[0] as usize;
+            self.record(flips, progress);
+        }
+    }
+
+    /// F R, m. One force step.
+    fn apply(&mut self, force: &[f64]) -> Result<Vec<f64>> {
+        let [own, other] = self.coupling.force_step(force)?;
+        Ok(std::iter::zip(own, other).map(|(a, b)| a + b).collect())
+    }
+
+    /// Solves on the active set, starting from `force` cut down to it and brought into equilibrium.
+    fn solve(
+        &mut self,
+        mut force: Vec<f64>,
+        projector: &Projector,
+        tolerance: f64,
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Inner> {
+        std::iter::zip(&mut force, &self.active).filter(|(_, a)| !**a).for_each(|(f, _)| *f = 0.0);
+        self.balance(&mut force, projector);
+        let changed = force != self.force;
+        if self.coupling.exchange.max(&[f64::from(u8::from(changed))])[0] > 0.0 {
+            let [own, other] = self.coupling.force_step(&force)?;
+            self.choose_lead(&force, &own, &other);
+            let mut applied: Vec<f64> = std::iter::zip(own, other).map(|(a, b)| a + b).collect();
+            if self.coarse.n == 0 && self.updates == 0 {
+                // The guess has the right shape; its size minimises the energy along it.
+                let work = self.coupling.dot(&force, &applied);
+                let size = -self.coupling.dot(&force, &self.g_free) / work;
+                if work > 0.0 && size.is_finite() && size > 0.0 {
+                    force.iter_mut().chain(&mut applied).for_each(|v| *v *= size);
+                }
+            }
+            self.force = force;
+            self.gap = std::iter::zip(&self.g_free, &applied).map(|(g, f)| g + f).collect();
+            self.update_alpha(projector);
+            self.record(0, progress);
+        }
+        self.solve_from_state(projector, tolerance, progress)
+    }
+
+    /// Adds Q Z W (e - Z'R) on the active rows: the least change, in local elastic energy, that restores equilibrium.
+    fn balance(&self, force: &mut [f64], projector: &Projector) {
+        let pushed = self.coarse.restrict(self.coupling.exchange, |j| force[j]);
+        let missing: Vec<f64> = std::iter::zip(&self.coarse.work, pushed).map(|(e, p)| e - p).collect();
+        let a = projector.solve(&missing);
+        if a.iter().any(|a| *a != 0.0) {
+            for j in (0..force.len()).filter(|&j| self.active[j]) {
+                force[j] += self.coarse.scaling(j) * self.coarse.at(j, &a);
+            }
+        }
+    }
+
+    /// alpha = W Z'Q g on the active rows: the rigid motion that closes the gaps as far as one can.
+    fn update_alpha(&mut self, projector: &Projector) {
+        if self.coarse.n > 0 {
+            let g = self.coarse.restrict(self.coupling.exchange, |j| {
+                if self.active[j] { self.coarse.scaling(j) * self.gap[j] } else { 0.0 }
+            });
+            self.alpha = projector.solve(&g);
+        }
+    }
+
+    /// Projected preconditioned conjugate gradients (flexible: Polak-Ribiere) from the state as it is.
+    fn solve_from_state(
+        &mut self,
+        projector: &Projector,
+        tolerance: f64,
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Inner> {
+        self.update_alpha(projector);
+        let n = self.coupling.n;
+        let mut r = self.residual_vector();
+        let mut direction: Option<(Vec<f64>, Vec<f64>, f64)> = None;
+        let mut best = (f64::INFINITY, 0);
+        for iteration in 0.. {
+            let size = self.coupling.dot(&r, &r).sqrt();
+            let (scale, floor) = self.scales();
+            self.residual = if scale > 0.0 { size / scale } else { 0.0 };
+            if size <= tolerance * scale || size == 0.0 {
+                return Ok(Inner::Done);
+            }
+            if size < 0.9 * best.0 {
+                best = (size, iteration);
+            }
+            if size <= floor || iteration > best.1 + PATIENCE && size <= 1e3 * floor {
+                return Ok(Inner::RoundOff);
+            }
+            if self.recorder.count() >= self.limits.max_alternations {
+                return Ok(Inner::Limit);
+            }
+            let mut z = self.coupling.displacement_step(&r, &self.active, &self.lead)?;
+            let pushed = self.coarse.restrict(self.coupling.exchange, |j| z[j]);
+            let a = projector.solve(&pushed);
+            for j in 0..n {
+                z[j] =
+                    if self.active[j] { z[j] - self.coarse.scaling(j) * self.coarse.at(j, &a) } else { 0.0 };
+            }
+            let mut p = z.clone();
+            if let Some((p_old, r_old, rz_old)) = &direction {
+                let change: Vec<f64> = std::iter::zip(&r, r_old).map(|(r, o)| r - o).collect();
+                let beta = (self.coupling.dot(&z, &change) / rz_old).max(0.0);
+                std::iter::zip(&mut p, p_old).for_each(|(p, o)| *p += beta * o);
+            }
+            let rz = self.coupling.dot(&z, &r);
+            let [own, other] = self.coupling.force_step(&p)?;
+            let q: Vec<f64> = std::iter::zip(own, other).map(|(a, b)| a + b).collect();
+            let curvature = self.coupling.dot(&p, &q);
+            let work = self.coupling.dot(&p, &r);
+            if curvature.is_nan() || work.is_nan() || curvature <= 0.0 || work <= 0.0 {
+                // Round-off, or a redundant row: nothing is to be gained in this direction.
+                if direction.is_none() {
+                    return Ok(Inner::RoundOff);
+                }
+                direction = None;
+                continue;
+            }
+            let step = work / curvature;
+            std::iter::zip(&mut self.force, &p).for_each(|(f, p)| *f += step * p);
+            std::iter::zip(&mut self.gap, &q).for_each(|(g, q)| *g += step * q);
+            self.update_alpha(projector);
+            self.record(0, progress);
+            let next = self.residual_vector();
+            direction = Some((p, r, rz));
+            r = next;
+        }
+        unreachable!("the loop ends by a return")
+    }
+
+    /// -(g - Z alpha) on the active rows, m.
+    fn residual_vector(&self) -> Vec<f64> {
+        (0..self.coupling.n).map(|j| if self.active[j] { -self.gap_at(j) } else { 0.0 }).collect()
+    }
+
+    /// Gap at a row, m.
+    pub fn gap_at(&self, j: usize) -> f64 {
+        self.gap[j] - self.coarse.at(j, &self.alpha)
+    }
+
+    /// Norm of the elastic approach at the active rows, and of what round-off leaves of it, m.
+    fn scales(&self) -> (f64, f64) {
+        let mut sums = [0.0; 3];
+        for j in (0..self.coupling.n).filter(|&j| self.active[j]) {
+            let elastic = self.gap[j] - self.g_free[j];
+            let local = self.force[j] / self.coarse.scaling(j);
+            let rigid = self.coarse.at(j, &self.alpha);
+            sums[0] += if self.coarse.n == 0 { elastic * elastic } else { 0.0 };
+            sums[1] += local * local;
+            sums[2] += elastic * elastic + self.g_free[j] * self.g_free[j] + rigid * rigid;
+        }
+        let sums = self.coupling.exchange.sum(&sums);
+        (sums[0].max(sums[1]).sqrt(), 64.0 * f64::EPSILON * sums[2].sqrt())
+    }
+
+    fn largest(&self, v: &[f64]) -> f64 {
+        self.coupling.exchange.max(&[v.iter().fold(0.0, |l: f64, v| l.max(v.abs()))])[0]
+    }
+
+    fn any_active(&self) -> bool {
+        self.coupling.exchange.max(&[f64::from(u8::from(self.active.contains(&true)))])[0] > 0.0
+    }
+
+    /// Penetration below this is none, m.
+    pub fn gap_threshold(&self) -> f64 {
+        let mut largest = [0.0_f64; 2];
+        for j in 0..self.coupling.n {
+            let elastic = (self.gap[j] - self.g_free[j]).abs();
+            let local = (self.force[j] / self.coarse.scaling(j)).abs();
+            largest[0] = largest[0].max(local).max(if self.coarse.n == 0 { elastic } else { 0.0 });
+            if self.active[j] {
+                largest[1] = largest[1].max(self.g_free[j].abs()).max(elastic);
+            }
+        }
+        let largest = self.coupling.exchange.max(&largest);
+        self.threshold.max(THRESHOLD) * largest[0] + 64.0 * f64::EPSILON * largest[1]
+    }
+
+    /// Active rows in tension, open rows that penetrate, and the largest of either relative to its scale.
+    fn violations(&self) -> (Vec<usize>, Vec<usize>, f64) {
+        let largest = self.largest(&self.force);
+        let (tension, penetration) = (self.threshold * largest, self.gap_threshold());
+        let n = self.coupling.n;
+        let leaving: Vec<usize> = (0..n).filter(|&j| self.active[j] && self.force[j] < -tension).collect();
+        let entering: Vec<usize> =
+            (0..n).filter(|&j| !self.active[j] && self.gap_at(j) < -penetration).collect();
+        let worst = leaving.iter().map(|&j| -self.force[j] / largest).fold(0.0, f64::max);
+        let worst =
+            entering.iter().map(|&j| -self.gap_at(j) / (penetration / self.threshold)).fold(worst, f64::max);
+        (leaving, entering, self.coupling.exchange.max(&[worst])[0])
+    }
+
+    /// The body that is softer where the pair bends, not only where it dents, makes the displacement step: with
+    /// c = C_own / C_other between its extremes over all wave lengths, preconditioning by the own body's stiffness
+    /// leaves eigenvalues between 1 + 1/c_max and 1 + 1/c_min. The short waves have the ratio of the moduli; the long
+    /// ones are measured by the responses to the contact forces as they are.
+    fn choose_lead(&mut self, force: &[f64], own: &[f64], other: &[f64]) {
+        for (i, _) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
+            let range = self.coupling.ranges[i].clone();
+            let work = |w: &[f64]| -> f64 {
+                std::iter::zip(&force[range.clone()], &w[range.clone()]).map(|(f, w)| f * w).sum()
+            };
+            let (long, short) = (work(own) / work(other), self.rows[i].compliance_ratio);
+            self.lead[i] = if long * short >= 0.25 || !long.is_finite() || self.rows[i].mortar_is_coarse {
+                Lead::Multiplier
+            } else {
+                Lead::Mortar
+            };
+        }
+    }
+
+    fn set_hash(&self) -> u64 {
+        let mut parts = 0.0;
+        for (i, end) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
+            let mut hasher = DefaultHasher::new();
+            (end.pair, &self.active[self.coupling.ranges[i].clone()]).hash(&mut hasher);
+            // 32 bits of each pair add up exactly in a double, in any order.
+            parts += (hasher.finish() >> 32) as f64;
+        }
+        self.coupling.exchange.sum(&[parts])[0] as u64
+    }
+
+    fn record(&mut self, flips: usize, progress: &mut impl FnMut(&HistoryRow)) {
+        let (scale, _) = self.scales();
+        let gaps: Vec<f64> = (0..self.coupling.n).map(|j| self.gap_at(j)).collect();
+        let pushed = self.coarse.restrict(self.coupling.exchange, |j| self.force[j]);
+        let size = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
+        let imbalance = size(&mut std::iter::zip(&pushed, &self.coarse.work).map(|(p, e)| p - e));
+        let total = size(&mut self.coarse.work.iter().copied());
+        let state = State {
+            gaps: &gaps,
+            active: &self.active,
+            flipped: if flips > 0 { &self.flipped } else { &[] },
+            scale,
+            imbalance: if total > 0.0 { imbalance / total } else { 0.0 },
+            update: self.updates,
+        };
+        let row = self.recorder.record(self.coupling, &state);
+        progress(row);
+    }
+}

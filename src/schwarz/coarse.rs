@@ -1,0 +1,291 @@
+//! The rigid modes that supports leave free, as the coarse space of the interface problem (as in FETI).
+//!
+//! With Z the outward row displacements of all free modes, alpha their amplitudes and e the work of the loads on them,
+//! the gap is g = g_free + F R - Z alpha and the bodies are in equilibrium if Z' R = e.
+use super::{Coupling, Respond};
+use crate::parallel::Exchange;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+/// An eigenvalue of Z' Q Z below this, relative to the largest, is a mode that contact does not restrain.
+const FREE: f64 = 1e-11;
+
+/// Work of the loads below this, relative to the sum of the absolute works, is none.
+const NO_WORK: f64 = 1e-9;
+
+/// Iterations and bisections of the rigid start; each is a few small reductions.
+const START_ITERATIONS: usize = 200;
+
+/// The free rigid modes of all bodies.
+pub struct Coarse {
+    /// Number of modes of all bodies.
+    pub n: usize,
+    /// Work of the loads on each mode, J; what is round-off is zero.
+    pub work: Vec<f64>,
+    /// Per row of this rank: the modes that move it, and by how much outwards, m.
+    rows: Vec<Vec<(usize, f64)>>,
+    /// Diagonal scaling Q of each row: its local stiffness, N/m.
+    scaling: Vec<f64>,
+}
+
+/// The coarse problem on an active set.
+pub struct Projector {
+    /// Pseudo-inverse W of Z' Q Z on the active rows.
+    inverse: DMatrix<f64>,
+    /// Orthonormal basis of the motions that the active rows do not restrain.
+    pub unrestrained: Vec<DVector<f64>>,
+}
+
+impl Coarse {
+    /// Gathers the modes. `first`: number of each of this rank's bodies' first mode among all `n`; `scale`: sum of the
+    /// absolute works of the loads on each mode of each body. Collective on the roots.
+    pub fn new<B: Respond>(
+        coupling: &Coupling<B>,
+        n: usize,
+        first: &[usize],
+        scale: &[Vec<f64>],
+        scaling: Vec<f64>,
+    ) -> Coarse {
+        let mut work = vec![0.0; 2 * n];
+        for (b, body) in coupling.bodies.iter().enumerate() {
+            for (k, e) in body.mode_work().iter().enumerate() {
+                (work[first[b] + k], work[n + first[b] + k]) = (*e, scale[b][k]);
+            }
+        }
+        let work = coupling.exchange.sum(&work);
+        let negligible = |k: usize| work[k].abs() <= NO_WORK * work[n + k];
+        let work = (0..n).map(|k| if negligible(k) { 0.0 } else { work[k] }).collect();
+        let mut rows = vec![Vec::new(); coupling.n];
+        // The mode's number and the rows' displacements, end by end; a mortar end sends its own.
+        let of_end = |bodies: &[B], end: &super::End| -> Vec<f64> {
+            let modes = bodies[end.body].modes();
+            let mut message = vec![first[end.body] as f64, modes.len() as f64];
+            modes.iter().for_each(|mode| message.extend(&mode[end.rows.clone()]));
+            message
+        };
+        let mine: Vec<Vec<f64>> = coupling.ends.iter().map(|end| of_end(coupling.bodies, end)).collect();
+        let out: Vec<Vec<f64>> = std::iter::zip(coupling.ends, &mine)
+            .map(|(end, message)| if end.multiplier { Vec::new() } else { message.clone() })
+            .collect();
+        let received = coupling.exchange.swap(&out);
+        for (i, end) in coupling.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+            for message in [&mine[i], &received[i]].into_iter().filter(|m| m.len() > 2) {
+                let (first, m) = (message[0] as usize, end.rows.len());
+                for (k, values) in message[2..].chunks_exact(m.max(1)).enumerate() {
+                    for (row, z) in std::iter::zip(&mut rows[coupling.ranges[i].clone()], values) {
+                        row.push((first + k, *z));
+                    }
+                }
+            }
+        }
+        Coarse { n, work, rows, scaling }
+    }
+
+    /// Z' v over all ranks. Collective on the roots unless there are no modes.
+    pub fn restrict(&self, exchange: &Exchange, v: impl Fn(usize) -> f64) -> Vec<f64> {
+        if self.n == 0 {
+            return Vec::new();
+        }
+        let mut sum = vec![0.0; self.n];
+        for (j, row) in self.rows.iter().enumerate() {
+            let v = v(j);
+            if v != 0.0 {
+                row.iter().for_each(|&(k, z)| sum[k] += z * v);
+            }
+        }
+        exchange.sum(&sum)
+    }
+
+    /// (Z a) at row j, m.
+    pub fn at(&self, j: usize, a: &[f64]) -> f64 {
+        self.rows[j].iter().map(|&(k, z)| z * a[k]).sum()
+    }
+
+    /// Q at row j, N/m.
+    pub fn scaling(&self, j: usize) -> f64 {
+        self.scaling[j]
+    }
+
+    /// The coarse problem on the active rows. Collective on the roots.
+    pub fn projector(&self, exchange: &Exchange, active: &[bool]) -> Projector {
+        let n = self.n;
+        if n == 0 {
+            return Projector { inverse: DMatrix::zeros(0, 0), unrestrained: Vec::new() };
+        }
+        let gram = self.gram(exchange, |j| if active[j] { self.scaling[j] } else { 0.0 });
+        // Modes of bodies of very different stiffness are compared with their own diagonal.
+        let diagonal: Vec<f64> = (0..n).map(|k| gram[(k, k)].sqrt()).collect();
+        let largest = diagonal.iter().copied().fold(0.0, f64::max);
+        let unit = |k: usize| match (diagonal[k] > 1e-14 * largest, largest > 0.0) {
+            (true, _) => 1.0 / diagonal[k],
+            (false, true) => 1.0 / largest,
+            (false, false) => 1.0,
+        };
+        let scaled = DMatrix::from_fn(n, n, |i, j| gram[(i, j)] * unit(i) * unit(j));
+        let eigen = SymmetricEigen::new(scaled);
+        let top = eigen.eigenvalues.max();
+        let mut inverse = DMatrix::zeros(n, n);
+        let mut unrestrained = Vec::new();
+        for (k, &value) in eigen.eigenvalues.iter().enumerate() {
+            let mut v = eigen.eigenvectors.column(k).into_owned();
+            (0..n).for_each(|i| v[i] *= unit(i));
+            if value > FREE * top && top > 0.0 {
+                inverse += &v * v.transpose() / value;
+            } else {
+                unrestrained.push(v.normalize());
+            }
+        }
+        Projector { inverse, unrestrained }
+    }
+
+    fn gram(&self, exchange: &Exchange, weight: impl Fn(usize) -> f64) -> DMatrix<f64> {
+        let n = self.n;
+        let mut gram = vec![0.0; n * n];
+        for (j, row) in self.rows.iter().enumerate() {
+            let q = weight(j);
+            if q != 0.0 {
+                for &(i, a) in row {
+                    row.iter().for_each(|&(k, b)| gram[i * n + k] += q * a * b);
+                }
+            }
+        }
+        DMatrix::from_row_slice(n, n, &exchange.sum(&gram))
+    }
+
+    /// A first guess of the contact forces: every row a spring of its local stiffness k, the bodies rigid but for it.
+    /// Minimises 1/2 sum k <Z alpha - g>^2 - e . alpha, so that the forces R = k <Z alpha - g> are compressive and in
+    /// equilibrium with the loads; closes initial gaps that a force drives. `Err`: the motion that goes on for ever.
+    /// Collective on the roots.
+    pub fn start(&self, exchange: &Exchange, gap: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Vec<f64>> {
+        let n = self.n;
+        let mut alpha = vec![0.0; n];
+        let force = |alpha: &[f64]| -> Vec<f64> {
+            (0..gap.len()).map(|j| (self.scaling[j] * (self.at(j, alpha) - gap[j])).max(0.0)).collect()
+        };
+        let mut r = force(&alpha);
+        for _ in 0..START_ITERATIONS {
+            if n == 0 {
+                break;
+            }
+            let pushed = self.restrict(exchange, |j| r[j]);
+            let residual: Vec<f64> = std::iter::zip(&self.work, &pushed).map(|(e, p)| e - p).collect();
+            let absolute: Vec<f64> = self.absolute_work(exchange, &r);
+            if (0..n).all(|k| residual[k].abs() <= 1e-12 * (self.work[k].abs() + absolute[k])) {
+                break;
+            }
+            let active: Vec<bool> = r.iter().map(|r| *r > 0.0).collect();
+            let projector = self.projector(exchange, &active);
+            let b = DVector::from_vec(residual);
+            // Where nothing resists yet the bodies go along with the load; elsewhere a Newton step.
+            let drift: DVector<f64> =
+                projector.unrestrained.iter().fold(DVector::zeros(n), |d, v| d + v * v.dot(&b));
+            let drifting = drift.norm() > 1e-9 * b.norm();
+            let direction = if drifting { drift } else { &projector.inverse * &b };
+            let Some(step) = self.line_search(exchange, gap, &alpha, direction.as_slice(), drifting) else {
+                return Err(direction.as_slice().to_vec());
+            };
+            alpha.iter_mut().zip(direction.iter()).for_each(|(a, d)| *a += step * d);
+            r = force(&alpha);
+        }
+        Ok((r, alpha))
+    }
+
+    fn absolute_work(&self, exchange: &Exchange, r: &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.n];
+        for (j, row) in self.rows.iter().enumerate() {
+            row.iter().for_each(|&(k, z)| sum[k] += (z * r[j]).abs());
+        }
+        exchange.sum(&sum)
+    }
+
+    /// Minimum of the springs' energy along `direction`; `None` if it falls for ever.
+    fn line_search(
+        &self,
+        exchange: &Exchange,
+        gap: &[f64],
+        alpha: &[f64],
+        direction: &[f64],
+        open_ended: bool,
+    ) -> Option<f64> {
+        let along: Vec<f64> = (0..gap.len()).map(|j| self.at(j, direction)).collect();
+        let pen: Vec<f64> = (0..gap.len()).map(|j| self.at(j, alpha) - gap[j]).collect();
+        let work: f64 = std::iter::zip(&self.work, direction).map(|(e, d)| e * d).sum();
+        let slope = |t: f64| -> [f64; 2] {
+            let mut s = [0.0, 0.0];
+            for j in 0..gap.len() {
+                let x = pen[j] + t * along[j];
+                if x > 0.0 {
+                    s[0] += self.scaling[j] * x * along[j];
+                    s[1] += self.scaling[j] * along[j] * along[j];
+                }
+            }
+            let s = exchange.sum(&s);
+            [s[0] - work, s[1]]
+        };
+        // A step length to begin with: the first contact ahead, or a full Newton step.
+        let mut high = 1.0;
+        if open_ended {
+            let first = (0..gap.len())
+                .filter(|&j| along[j] > 0.0 && pen[j] < 0.0)
+                .map(|j| -pen[j] / along[j])
+                .fold(f64::INFINITY, f64::min);
+            let first = -exchange.max_signed(-first);
+            if first.is_infinite() && slope(0.0)[1] == 0.0 {
+                return None;
+            }
+            high = if first.is_finite() && first > 0.0 { first } else { f64::MIN_POSITIVE.sqrt() };
+        }
+        let mut low = 0.0;
+        let mut doublings = 0;
+        while slope(high)[0] < 0.0 {
+            (low, high) = (high, 2.0 * high);
+            doublings += 1;
+            if doublings > 400 {
+                return None;
+            }
+        }
+        // Newton on the piecewise linear slope, kept inside the bracket.
+        let mut t = high;
+        for _ in 0..START_ITERATIONS {
+            let [value, curvature] = slope(t);
+            if value > 0.0 {
+                high = t
+            } else {
+                low = t
+            }
+            let next = if curvature > 0.0 { t - value / curvature } else { 0.5 * (low + high) };
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            if (next - t).abs() <= 1e-14 * high || value == 0.0 {
+                return Some(next);
+            }
+            t = next;
+        }
+        Some(t)
+    }
+}
+
+impl Projector {
+    /// W v.
+    pub fn solve(&self, v: &[f64]) -> Vec<f64> {
+        if v.is_empty() {
+            return Vec::new();
+        }
+        (&self.inverse * DVector::from_column_slice(v)).as_slice().to_vec()
+    }
+
+    /// The unrestrained motion on which the loads do work, if there is one.
+    pub fn driven(&self, work: &[f64]) -> Option<Vec<f64>> {
+        let e = DVector::from_column_slice(work);
+        let drift = self.unrestrained.iter().fold(DVector::zeros(work.len()), |d, v| d + v * v.dot(&e));
+        (drift.norm() > NO_WORK * e.norm() && drift.norm() > 0.0).then(|| drift.as_slice().to_vec())
+    }
+
+    /// As many modes as there are unrestrained motions: those that take the largest part in them.
+    pub fn free_modes(&self, n: usize) -> Vec<usize> {
+        let share = |k: usize| self.unrestrained.iter().map(|v| v[k] * v[k]).sum::<f64>();
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
+        order.truncate(self.unrestrained.len());
+        order.sort_unstable();
+        order
+    }
+}

@@ -1,0 +1,181 @@
+//! The bodies joined by contact rows: one force step or displacement step of all of them.
+//!
+//! Every pair has one multiplier per row, held by the group of the body on its multiplier side. The other body sees the
+//! same rows through the transposed operator. Only row forces and row displacements are exchanged.
+use super::Respond;
+use crate::{
+    error::Result,
+    parallel::{Exchange, Partner},
+};
+use std::ops::Range;
+
+/// One side of a pair as the first rank of its body's group holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct End {
+    /// Pair index in the case.
+    pub pair: usize,
+    /// True where the multipliers live.
+    pub multiplier: bool,
+    /// Index of the body among this rank's.
+    pub body: usize,
+    /// The pair's rows among the body's.
+    pub rows: Range<usize>,
+}
+
+/// The rows of a pair, on its multiplier side.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PairRows {
+    /// Initial gap of each row, m.
+    pub gap: Vec<f64>,
+    /// Estimate of the local stiffness against approach of the two surfaces at a row, N/m: thickness / (1/E'_A + 1/E'_B).
+    /// Sets scales and a first guess, never the solution.
+    pub stiffness: f64,
+    /// Compliance of the multiplier side over that of the mortar side against short waves: the ratio of their moduli,
+    /// E'_mortar / E'_multiplier; infinite for a rigid mortar side.
+    pub compliance_ratio: f64,
+    /// The mortar side has fewer nodes than there are rows: its displacements cannot follow all of them.
+    pub mortar_is_coarse: bool,
+}
+
+/// How many steps the bodies have made.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Steps {
+    /// Force steps.
+    pub force: usize,
+    /// Displacement steps.
+    pub displacement: usize,
+}
+
+/// Which body of a pair makes the displacement step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lead {
+    /// The one with the multipliers.
+    Multiplier,
+    /// The other one.
+    Mortar,
+}
+
+/// The bodies of this rank and their rows. A *row vector* has an entry per row of this rank's multiplier ends.
+pub struct Coupling<'a, B> {
+    /// This rank's bodies.
+    pub bodies: &'a mut [B],
+    /// This rank's ends of pairs.
+    pub ends: &'a [End],
+    /// To the other ends.
+    pub exchange: &'a Exchange<'a>,
+    /// Per end: its rows in a row vector; empty for mortar ends.
+    pub ranges: Vec<Range<usize>>,
+    /// Length of a row vector.
+    pub n: usize,
+    /// Counters.
+    pub steps: Steps,
+}
+
+impl<'a, B: Respond> Coupling<'a, B> {
+    /// Joins the bodies. Not collective.
+    pub fn new(bodies: &'a mut [B], ends: &'a [End], exchange: &'a Exchange<'a>) -> Self {
+        let mut n = 0;
+        let ranges = ends
+            .iter()
+            .map(|end| {
+                let length = if end.multiplier { end.rows.len() } else { 0 };
+                n += length;
+                n - length..n
+            })
+            .collect();
+        Coupling { bodies, ends, exchange, ranges, n, steps: Steps::default() }
+    }
+
+    /// Outward displacements of the rows without contact forces, of both sides together, m. Collective on the roots.
+    pub fn free(&self) -> Vec<f64> {
+        let [own, other] =
+            self.to_multipliers(|bodies, end| bodies[end.body].free()[end.rows.clone()].to_vec());
+        std::iter::zip(own, other).map(|(a, b)| a + b).collect()
+    }
+
+    /// Force step: how far the row forces push the multiplier sides and the mortar sides inwards, m. Collective on the
+    /// roots.
+    pub fn force_step(&mut self, force: &[f64]) -> Result<[Vec<f64>; 2]> {
+        self.steps.force += 1;
+        let out: Vec<Vec<f64>> = self.ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
+        let received = self.exchange.swap(&out);
+        let mut forces: Vec<Vec<f64>> = self.bodies.iter().map(|b| vec![0.0; b.n_rows()]).collect();
+        for (i, end) in self.ends.iter().enumerate() {
+            let values = if end.multiplier { &out[i] } else { &received[i] };
+            forces[end.body][end.rows.clone()].copy_from_slice(values);
+        }
+        let answers = std::iter::zip(self.bodies.iter_mut(), &forces);
+        let answers = answers.map(|(body, force)| body.force_step(force)).collect::<Result<Vec<_>>>();
+        let answers = self.exchange.agree(answers)?;
+        Ok(self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec()))
+    }
+
+    /// Displacement step of the leading body of each end's pair (`lead`, given on multiplier ends): the forces, N, with
+    /// which it resists being pushed inwards by `inward` on the active rows. Collective on the roots.
+    pub fn displacement_step(&mut self, inward: &[f64], active: &[bool], lead: &[Lead]) -> Result<Vec<f64>> {
+        self.steps.displacement += 1;
+        // A mortar end is asked by a message of displacements and flags; an empty one asks for nothing.
+        let ask = |i: usize, end: &End| {
+            let range = self.ranges[i].clone();
+            if !end.multiplier || lead[i] == Lead::Multiplier {
+                return Vec::new();
+            }
+            let flags = active[range.clone()].iter().map(|a| f64::from(u8::from(*a)));
+            inward[range].iter().copied().chain(flags).collect()
+        };
+        let out: Vec<Vec<f64>> = self.ends.iter().enumerate().map(|(i, end)| ask(i, end)).collect();
+        let received = self.exchange.swap(&out);
+        let mut values: Vec<Vec<f64>> = self.bodies.iter().map(|b| vec![0.0; b.n_rows()]).collect();
+        let mut flags: Vec<Vec<bool>> = self.bodies.iter().map(|b| vec![false; b.n_rows()]).collect();
+        for (i, end) in self.ends.iter().enumerate() {
+            let (values, flags) = (&mut values[end.body], &mut flags[end.body]);
+            let n = end.rows.len();
+            if end.multiplier && lead[i] == Lead::Multiplier {
+                values[end.rows.clone()].copy_from_slice(&inward[self.ranges[i].clone()]);
+                flags[end.rows.clone()].copy_from_slice(&active[self.ranges[i].clone()]);
+            } else if !end.multiplier && received[i].len() == 2 * n {
+                values[end.rows.clone()].copy_from_slice(&received[i][..n]);
+                std::iter::zip(&mut flags[end.rows.clone()], &received[i][n..])
+                    .for_each(|(f, v)| *f = *v > 0.5);
+            }
+        }
+        let answers = self.bodies.iter_mut().zip(std::iter::zip(&values, &flags));
+        let answers = answers.map(|(body, (inward, active))| match active.contains(&true) {
+            true => body.displacement_step(inward, active),
+            false => Ok(vec![0.0; active.len()]),
+        });
+        let answers = answers.collect::<Result<Vec<_>>>();
+        let answers = self.exchange.agree(answers)?;
+        let [own, other] = self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec());
+        let mut forces = vec![0.0; self.n];
+        for (i, _) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+            let source = if lead[i] == Lead::Multiplier { &own } else { &other };
+            forces[self.ranges[i].clone()].copy_from_slice(&source[self.ranges[i].clone()]);
+        }
+        Ok(forces)
+    }
+
+    /// Values on the rows of all ends, brought to the multiplier ends: the end's own, and the mortar end's.
+    pub fn to_multipliers(&self, values: impl Fn(&[B], &End) -> Vec<f64>) -> [Vec<f64>; 2] {
+        let mine: Vec<Vec<f64>> = self.ends.iter().map(|end| values(self.bodies, end)).collect();
+        let out: Vec<Vec<f64>> = std::iter::zip(self.ends, &mine)
+            .map(|(end, values)| if end.multiplier { Vec::new() } else { values.clone() })
+            .collect();
+        let received = self.exchange.swap(&out);
+        let mut own = vec![0.0; self.n];
+        let mut other = vec![0.0; self.n];
+        for (i, _) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+            let range = self.ranges[i].clone();
+            own[range.clone()].copy_from_slice(&mine[i]);
+            if !matches!(self.exchange.partners[i], Partner::Rigid) {
+                other[range].copy_from_slice(&received[i]);
+            }
+        }
+        [own, other]
+    }
+
+    /// Sum over all rows of all ranks. Collective on the roots.
+    pub fn dot(&self, a: &[f64], b: &[f64]) -> f64 {
+        self.exchange.sum(&[std::iter::zip(a, b).map(|(a, b)| a * b).sum()])[0]
+    }
+}
