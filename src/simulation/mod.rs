@@ -3,6 +3,7 @@ mod active;
 mod checks;
 mod fields;
 mod found;
+mod outline;
 mod pairs;
 mod plan;
 mod relaxed;
@@ -24,6 +25,7 @@ use checks::{checks, total, worst};
 use fields::{append, probe, start_fields};
 use found::Found;
 use mpi::{topology::SimpleCommunicator, traits::*};
+use outline::outlines;
 use pairs::pair_results;
 use relaxed::Relaxed;
 use std::{path::Path, time::Instant};
@@ -65,7 +67,7 @@ pub fn run(
         }
     }
     let writing = Instant::now();
-    let info = run.info(case, &plan);
+    let info = run.info(case, world);
     let file = directory.join(output::RESULT);
     let before = if case.steps.is_empty() { &[][..] } else { &run.before };
     let result =
@@ -223,9 +225,8 @@ impl Run {
         Ok(())
     }
 
-    /// Collective.
-    fn info(&self, case: &Case, plan: &Plan) -> RunInfo {
-        let supports = self.steps.last().map_or(1.0, |s| s.supports);
+    /// What was run. Collective.
+    fn info(&self, case: &Case, world: &SimpleCommunicator) -> RunInfo {
         let steps = self.steps.iter().map(|s| LoadStep {
             name: s.name.clone(),
             loads: s.loads,
@@ -235,6 +236,7 @@ impl Run {
             alternations: s.alternations,
             updates: s.updates,
         });
+        let supports = self.steps.last().map_or(1.0, |step| step.supports);
         RunInfo {
             case: case.name.clone(),
             title: case.title.clone(),
@@ -243,11 +245,11 @@ impl Run {
             units: case.units,
             analysis: case.analysis,
             bodies: case.bodies.iter().map(|b| b.name.clone()).collect(),
-            rigid: plan.outlines(case, supports),
             reason: self.reason,
             alternations: self.counts[0],
             tolerance: case.alternation.tolerance,
             steps: (!case.steps.is_empty()).then(|| steps.collect()),
+            rigid: outlines(case, &self.piece.points, supports, world),
         }
     }
 
