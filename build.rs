@@ -11,6 +11,9 @@ fn main() {
         .atleast_version("3.18")
         .probe("PETSc")
         .unwrap_or_else(|e| panic!("PETSc not found (Debian: apt-get install petsc-dev): {e}"));
+    // The dense algebra of interfaces; PETSc depends on them, but its flags do not name them.
+    println!("cargo::rustc-link-lib=lapack");
+    println!("cargo::rustc-link-lib=blas");
     let include = petsc.include_paths.iter().map(|dir| format!("-I{}", dir.display()));
 
     let bindings = bindgen::Builder::default()

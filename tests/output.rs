@@ -152,6 +152,7 @@ fn run_info(units: Units) -> RunInfo {
         alternations: 3,
         tolerance: 1e-8,
         steps: None,
+        rigid: Vec::new(),
     }
 }
 
@@ -160,7 +161,11 @@ fn write_standard(world: &SimpleCommunicator, path: &Path) -> kontakt::Result<()
     let (rank, size) = (world.rank(), world.size());
     let (piece, pairs, run) = (piece(rank), pairs(rank, size), run_info(Units::Si));
     let history = if rank == 0 { history() } else { vec![] };
-    write(world, path, &ResultFile { piece: &piece, pairs: &pairs, before: &[], history: &history, run: &run })
+    write(
+        world,
+        path,
+        &ResultFile { piece: &piece, pairs: &pairs, before: &[], history: &history, run: &run },
+    )
 }
 
 fn check_standard(path: &Path, ranks: i32) {
@@ -288,7 +293,12 @@ fn stepped_run() -> RunInfo {
         step(1, None, Reason::Stalled),
         step(2, Some("cool"), Reason::Converged),
     ];
-    RunInfo { text: "a".into(), alternations: 12, steps: Some(steps), ..run_info(Units::Si) }
+    let rigid = vec![Outline {
+        body: "anvil".into(),
+        points: vec![[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        motion: [0.0, 1e-3, 0.0],
+    }];
+    RunInfo { text: "a".into(), alternations: 12, steps: Some(steps), rigid, ..run_info(Units::Si) }
 }
 
 fn stepped_history() -> Vec<HistoryRow> {

@@ -44,12 +44,14 @@ fn add_fields(piece: &mut Piece, u: impl Fn([f64; 2]) -> [f64; 2], stress: impl 
 fn results(piece: Piece, pairs: Vec<PairTables>, title: &str, units: Units) -> Results {
     let history = (1..=24)
         .map(|i| HistoryRow {
+            step: 1,
             alternation: i,
             displacement_jump: 0.3 * 0.42f64.powi(i as i32),
             force_imbalance: if i == 1 { f64::NAN } else { (0.5 * 0.3f64.powi(i as i32)).max(3e-13) },
             active: [40, 31, 29, 28, 27][(i as usize - 1).min(4)],
             contraction: 0.42,
             seconds: 0.01 * i as f64,
+            ..HistoryRow::default()
         })
         .collect();
     let run = RunInfo {
@@ -63,8 +65,10 @@ fn results(piece: Piece, pairs: Vec<PairTables>, title: &str, units: Units) -> R
         reason: Reason::Converged,
         alternations: 24,
         tolerance: 1e-8,
+        steps: None,
+        rigid: Vec::new(),
     };
-    Results { piece, partitions: vec![[0, 0]], pairs, history, run }
+    Results { piece, partitions: vec![[0, 0]], pairs, before: Vec::new(), history, run }
 }
 
 /// Pressure p0 sqrt(1 - (x/a)^2) on n nodes over -length .. length at height y.
@@ -203,6 +207,109 @@ fn a_small_contact_gets_its_own_panel_and_many_cells_are_quick() {
         assert!(seconds < 60.0, "{seconds} s");
         assert!(pixels(&directory.join("bodies.png")).1 > 1300);
     });
+}
+
+/// What the active-set driver does in a load step: some updates, in each of which the residual falls from a jump up.
+fn active_set_history(step: u64, lengths: &[u64], active: &[u64]) -> Vec<HistoryRow> {
+    let mut rows = Vec::new();
+    for (update, (&n, &active)) in lengths.iter().zip(active).enumerate() {
+        for i in 0..n {
+            rows.push(HistoryRow {
+                step,
+                alternation: rows.len() as u64 + 1,
+                update: update as u64 + 1,
+                displacement_jump: 0.4 * 0.3f64.powi(update as i32) * 0.12f64.powi(i as i32),
+                force_imbalance: 2e-13 * (1.0 + i as f64),
+                active,
+                ..HistoryRow::default()
+            });
+        }
+    }
+    rows
+}
+
+/// A punch pressed in several steps, each with a longer contact; side b carries the pressure or is rigid.
+fn pressed_in_steps(n: usize) -> Results {
+    let mut results = punch(ElementKind::Quad8, Units::Si);
+    let mut steps = Vec::new();
+    results.history.clear();
+    for k in 1..=n {
+        let load = k as f64 / n as f64;
+        let side = hertz_side(61, 0.02, 0.018 * load.sqrt(), 1.4e8 * load.sqrt(), 0.0, false);
+        let idle = SideTable { pressure: vec![0.0; 61], status: vec![0; 61], ..side.clone() };
+        let pairs = vec![PairTables {
+            name: "punch".into(),
+            surfaces: ["upper.bottom".into(), "anvil.surface".into()],
+            sides: [Some(side), Some(idle)],
+        }];
+        let Piece { point_fields, cell_fields, .. } = results.piece.clone();
+        results.before.push(State { point_fields, cell_fields, pairs });
+        results.history.extend(active_set_history(k as u64, &[5, 4, 7], &[9, 12, 14 + 2 * k as u64]));
+        let name = [None, Some("press"), Some("hold")][k % 3].map(String::from);
+        let (reason, alternations, updates) = (Reason::Converged, 16, 3);
+        let factor = load;
+        steps.push(LoadStep {
+            name,
+            loads: factor,
+            supports: 1.0,
+            temperature: 1.0,
+            reason,
+            alternations,
+            updates,
+        });
+    }
+    results.pairs = results.before.pop().expect("the last step").pairs;
+    results.run.steps = Some(steps);
+    results
+}
+
+#[test]
+fn pressure_after_each_load_step_and_marks_in_the_convergence() {
+    draw_in("steps", &pressed_in_steps(4), &STYLE, |directory| {
+        let pressure = std::fs::read_to_string(directory.join("pressure.svg")).unwrap();
+        assert!(pressure.contains("step 1, press") && pressure.contains("step 4, press"));
+        assert!(pressure.contains("on upper.bottom") && !pressure.contains("anvil"));
+        let convergence = std::fs::read_to_string(directory.join("convergence.svg")).unwrap();
+        assert!(convergence.contains("step 4") && convergence.contains("active set updated"));
+    });
+    // More steps than anyone can tell apart.
+    draw_in("many-steps", &pressed_in_steps(16), &STYLE, |directory| {
+        let pressure = std::fs::read_to_string(directory.join("pressure.svg")).unwrap();
+        assert_eq!(pressure.matches("step ").count(), 6);
+        assert!(pressure.contains("step 16, press"));
+    });
+    let mut failed = pressed_in_steps(3);
+    failed.run.steps.as_mut().unwrap()[1].reason = Reason::Cycling;
+    draw_in("failed-step", &failed, &STYLE, |directory| {
+        let convergence = std::fs::read_to_string(directory.join("convergence.svg")).unwrap();
+        assert!(convergence.contains("step 2: cycling"));
+    });
+}
+
+#[test]
+fn a_rigid_side_has_no_table() {
+    let mut results = punch(ElementKind::Quad8, Units::Si);
+    results.history = active_set_history(1, &[7, 6, 40, 9, 12], &[20, 17, 15, 14, 14]);
+    results.pairs[0].sides[1] = None;
+    // A block under the beam, and a disc on its end.
+    let corners = [[0.0, -0.07], [-0.05, -0.07], [-0.05, -0.0405], [-0.02, -0.0405], [-0.02, -0.06]];
+    let block: Vec<[f64; 3]> = corners.iter().rev().map(|c| [c[0], c[1], 0.0]).collect();
+    let angle = |i: i32| f64::from(i) * std::f64::consts::TAU / 60.0;
+    let disc = |i: i32| [0.045 + 0.01 * angle(i).cos(), 0.0105 + 0.01 * angle(i).sin(), 0.0];
+    results.run.rigid = vec![
+        Outline { body: "block".into(), points: block, motion: [0.0; 3] },
+        Outline { body: "disc".into(), points: (0..=60).map(disc).collect(), motion: [0.0, -1e-5, 0.0] },
+    ];
+    draw_in("rigid", &results, &STYLE, |directory| {
+        let pressure = std::fs::read_to_string(directory.join("pressure.svg")).unwrap();
+        assert!(pressure.contains("upper.bottom") && !pressure.contains("lower.top<"));
+    });
+    // As it comes back from the file, and nothing in contact.
+    results.pairs[0].sides[1] = Some(SideTable::default());
+    let side = results.pairs[0].sides[0].as_mut().unwrap();
+    side.pressure.fill(0.0);
+    side.status.fill(1);
+    draw_in("open", &results, &STYLE, |directory| assert!(directory.join("pressure.svg").exists()));
 }
 
 #[test]

@@ -10,10 +10,38 @@ use crate::{
     petsc::{Matrix, Vector},
 };
 use mpi::topology::SimpleCommunicator;
-use std::collections::HashSet;
+use std::{collections::HashSet, rc::Rc};
 
 /// Largest number of unknowns of an element.
 const MAX_DOFS: usize = 3 * MAX_NODES;
+
+/// What a body is made of, the same from its first to its last load.
+pub struct Model {
+    pub part: Rc<MeshPart>,
+    pub elements: Elements,
+    pub law: LinearElastic,
+    /// Supports and fixings of this rank's nodes.
+    pub constraints: Constraints,
+    pub thickness: f64,
+}
+
+impl Model {
+    /// What assembly needs, at nodal temperatures, with the body's own or other constraints.
+    pub fn parameters<'a>(
+        &'a self,
+        temperature: Option<&'a [f64]>,
+        constraints: &'a Constraints,
+    ) -> Parameters<'a> {
+        Parameters {
+            part: &self.part,
+            elements: &self.elements,
+            law: &self.law,
+            temperature,
+            constraints,
+            thickness: self.thickness,
+        }
+    }
+}
 
 /// What assembly needs to know of a body.
 pub struct Parameters<'a> {
@@ -25,14 +53,26 @@ pub struct Parameters<'a> {
     pub thickness: f64,
 }
 
-/// What the cells of one rank contribute: triples of the matrix, the right-hand side at local nodes, and the largest
+/// What the cells of one rank contribute: triples of the matrix, the right-hand sides at local nodes, and the largest
 /// diagonal entry.
 struct Contributions {
     rows: Vec<i32>,
     columns: Vec<i32>,
     values: Vec<f64>,
-    rhs: Vec<f64>,
+    /// From the initial strain.
+    thermal: Vec<f64>,
+    /// From prescribed displacements.
+    prescribed: Vec<f64>,
     largest: f64,
+}
+
+/// An assembled body, in the nodes' frames: the right-hand sides at the owned nodes.
+pub struct Assembled {
+    pub matrix: Matrix,
+    /// Forces of the initial strain, N.
+    pub thermal: Vec<f64>,
+    /// Forces of the supports' displacements, N; at a held unknown the diagonal times its value.
+    pub prescribed: Vec<f64>,
 }
 
 /// Coordinates of a cell's nodes.
@@ -49,52 +89,57 @@ pub fn temperature_at(temperature: Option<&[f64]>, cell: &Cell, n: &[f64]) -> Op
 }
 
 impl Parameters<'_> {
-    /// The stiffness matrix with the supports eliminated (identity rows, symmetric), and the right-hand side in the
-    /// nodes' frames at the owned nodes: external forces, initial strain, prescribed displacements. Collective.
-    pub fn stiffness(&self, group: &SimpleCommunicator, external: &[f64]) -> Result<(Matrix, Vec<f64>)> {
+    /// The stiffness matrix with supports and fixings eliminated (identity rows, symmetric), and the right-hand sides
+    /// of initial strain and prescribed displacements. Collective.
+    pub fn stiffness(&self, group: &SimpleCommunicator) -> Result<Assembled> {
         let (part, dim) = (self.part, self.part.dim);
-        let Contributions { mut rows, mut columns, mut values, rhs, largest } =
-            agree(group, self.element_arrays())?;
-        // Identity rows, scaled like the rest of the diagonal, keep the supported unknowns in the system.
+        let Contributions { mut rows, mut columns, mut values, thermal, prescribed, largest } =
+            agree(group, self.element_arrays(|_| true))?;
+        // Identity rows, scaled like the rest of the diagonal, keep the held unknowns in the system.
         let scale = crate::parallel::max(group, &[largest])[0];
-        let owned = |node: u32| (node as usize) < part.n_owned;
-        let prescribed = self.constraints.0.iter().filter(|(node, _)| owned(**node));
-        let mut fixed = Vec::new();
-        for (&node, support) in prescribed {
+        let mut held = Vec::new();
+        for (&node, constraint) in self.constraints.0.range(..part.n_owned as u32) {
             for c in 0..dim {
-                if let Some(value) = support.prescribed[c] {
+                if let Some(value) = constraint.held(c) {
                     let dof = (part.global[node as usize] as usize * dim + c) as i32;
                     rows.push(dof);
                     columns.push(dof);
                     values.push(scale);
-                    fixed.push((node as usize * dim + c, scale * value));
+                    held.push((node as usize * dim + c, scale * value));
                 }
             }
         }
-        let n_owned = part.n_owned * dim;
-        let load = self.sum_to_owners(group, &rhs)?;
-        let external = self.constraints.to_frames(external, dim);
-        let mut load: Vec<f64> = std::iter::zip(load, external).map(|(a, b)| a + b).collect();
-        fixed.into_iter().for_each(|(i, value)| load[i] = value);
-        Ok((Matrix::from_triples(group, n_owned, dim, (rows, columns), values)?, load))
+        let thermal = self.sum_to_owners(group, &thermal)?;
+        let mut prescribed = self.sum_to_owners(group, &prescribed)?;
+        held.into_iter().for_each(|(i, value)| prescribed[i] = value);
+        let matrix = Matrix::from_triples(group, part.n_owned * dim, dim, (rows, columns), values)?;
+        matrix.set_rigid_modes(group, &part.points[..part.n_owned], dim)?;
+        Ok(Assembled { matrix, thermal, prescribed })
     }
 
-    /// Stiffness and right-hand side of this rank's cells, supports eliminated.
-    fn element_arrays(&self) -> Result<Contributions> {
+    /// What the cells at some nodes (marked by local number) contribute to the stiffness matrix. Collective.
+    pub fn stiffness_near(&self, group: &SimpleCommunicator, nodes: &[bool]) -> Result<Matrix> {
+        let near = |cell: &Cell| cell.nodes().iter().any(|&node| nodes[node as usize]);
+        let Contributions { rows, columns, values, .. } = agree(group, self.element_arrays(near))?;
+        Matrix::from_triples(group, self.part.n_owned * self.part.dim, self.part.dim, (rows, columns), values)
+    }
+
+    /// Stiffness and right-hand sides of this rank's chosen cells, held unknowns eliminated.
+    fn element_arrays(&self, chosen: impl Fn(&Cell) -> bool) -> Result<Contributions> {
         let (part, dim) = (self.part, self.part.dim);
-        let own = &part.cells[..part.n_own_cells];
-        let entries: usize = own.iter().map(|c| (c.kind.n_nodes() * dim).pow(2)).sum();
+        let own = || part.cells[..part.n_own_cells].iter().filter(|cell| chosen(cell));
+        let entries: usize = own().map(|c| (c.kind.n_nodes() * dim).pow(2)).sum();
         let (mut rows, mut columns, mut values) =
             (Vec::with_capacity(entries), Vec::with_capacity(entries), Vec::with_capacity(entries));
-        let mut rhs = vec![0.0; part.n_local * dim];
+        let (mut thermal, mut prescribed) = (vec![0.0; part.n_local * dim], vec![0.0; part.n_local * dim]);
         let mut x = [[0.0; 3]; MAX_NODES];
-        let (mut k, mut f) = ([0.0; MAX_DOFS * MAX_DOFS], [0.0; MAX_DOFS]);
+        let (mut k, mut f, mut g) = ([0.0; MAX_DOFS * MAX_DOFS], [0.0; MAX_DOFS], [0.0; MAX_DOFS]);
         let mut supports: [Option<&NodeConstraint>; MAX_NODES] = [None; MAX_NODES];
         let mut global = [0_i32; MAX_DOFS];
         let mut largest: f64 = 0.0;
-        for cell in own {
+        for cell in own() {
             let n = cell.kind.n_nodes() * dim;
-            let (k, f) = (&mut k[..n * n], &mut f[..n]);
+            let (k, f, g) = (&mut k[..n * n], &mut f[..n], &mut g[..n]);
             cell_points(part, cell, &mut x);
             self.elements.of(cell.kind).stiffness(
                 &x[..cell.kind.n_nodes()],
@@ -112,11 +157,14 @@ impl Parameters<'_> {
                 }
             }
             if supported {
-                eliminate(&supports[..cell.kind.n_nodes()], dim, k, f, &mut global[..n]);
+                eliminate(&supports[..cell.kind.n_nodes()], dim, k, [f, g], &mut global[..n]);
             }
             for (a, &node) in cell.nodes().iter().enumerate() {
                 for c in 0..dim {
-                    rhs[node as usize * dim + c] += f[a * dim + c];
+                    thermal[node as usize * dim + c] += f[a * dim + c];
+                    if supported {
+                        prescribed[node as usize * dim + c] += g[a * dim + c];
+                    }
                     largest = largest.max(k[(a * dim + c) * (n + 1)]);
                 }
             }
@@ -128,7 +176,7 @@ impl Parameters<'_> {
                 }
             }
         }
-        Ok(Contributions { rows, columns, values, rhs, largest })
+        Ok(Contributions { rows, columns, values, thermal, prescribed, largest })
     }
 
     /// External nodal forces at the owned nodes, N, in global axes. Collective.
@@ -255,13 +303,13 @@ fn facet_area(mesh: &Mesh, facets: &[Facet], thickness: f64) -> f64 {
         .sum()
 }
 
-/// Turns an element's arrays into its nodes' frames and eliminates prescribed unknowns: their columns go to the
-/// right-hand side, their rows and columns get index -1, which PETSc drops.
+/// Turns an element's arrays into its nodes' frames and eliminates held unknowns: their columns, times the values, go to
+/// the right-hand side `g`, their rows and columns get index -1, which PETSc drops.
 fn eliminate(
     supports: &[Option<&NodeConstraint>],
     dim: usize,
     k: &mut [f64],
-    f: &mut [f64],
+    [f, g]: [&mut [f64]; 2],
     global: &mut [i32],
 ) {
     let n = f.len();
@@ -288,20 +336,21 @@ fn eliminate(
         }
         f[a * dim..][..dim].copy_from_slice(&turned[..dim]);
     }
+    g.fill(0.0);
     for (a, support) in supports.iter().enumerate() {
         let Some(support) = support else { continue };
         for c in 0..dim {
-            let Some(value) = support.prescribed[c] else { continue };
+            let Some(value) = support.held(c) else { continue };
             let j = a * dim + c;
-            for (i, f) in f.iter_mut().enumerate() {
-                *f -= k[i * n + j] * value;
+            for (i, g) in g.iter_mut().enumerate() {
+                *g -= k[i * n + j] * value;
             }
             global[j] = -1;
         }
     }
-    for (j, g) in global.iter().enumerate() {
-        if *g < 0 {
-            f[j] = 0.0;
+    for (j, index) in global.iter().enumerate() {
+        if *index < 0 {
+            (f[j], g[j]) = (0.0, 0.0);
         }
     }
 }

@@ -159,16 +159,27 @@ impl Body {
             if (first..first + self.part.n_owned).contains(&global) {
                 let node = global - first;
                 (0..dim).for_each(|c| column[node * dim + c] = -row.normal[c]);
-                let framed = self.constraints.to_frames(column, dim);
+                let framed = self.model.constraints.to_frames(column, dim);
                 column.copy_from_slice(&framed);
             }
         }
-        self.ksp.solve_many(group, n, rows.len(), &mut columns)?;
-        self.cost.solves += rows.len();
-        let columns = columns.chunks_exact(n.max(1)).map(|c| self.constraints.from_frames(c, dim));
+        let Some(ksp) = self.system.ksp() else {
+            return Err(Error::internal("a condensed body has its own response"));
+        };
+        ksp.solve_many(group, n, rows.len(), &mut columns)?;
+        self.cost.add(|c| c.solves += rows.len());
+        let columns = columns.chunks_exact(n.max(1)).map(|c| self.model.constraints.from_frames(c, dim));
         let mut columns: Vec<Vec<f64>> = columns.collect();
         columns.resize(rows.len(), Vec::new());
         Ok(columns)
+    }
+}
+
+impl Body {
+    /// Displacements at chosen mesh nodes, m, from those at the owned nodes; on the first rank, empty elsewhere.
+    /// Collective.
+    pub fn at_nodes(&self, group: &SimpleCommunicator, owned: &[f64], nodes: &[u32]) -> Vec<[f64; 3]> {
+        Observed::new(self, group, nodes).read(group, owned, self.dim())
     }
 }
 

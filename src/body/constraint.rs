@@ -1,5 +1,5 @@
 //! Supports: which displacement components of which nodes are prescribed, in which frame.
-use super::region::find_nodes;
+use super::{region::find_nodes, rigid::Fixing};
 use crate::{
     case::BodyCase,
     contact::vector::{dot, norm},
@@ -15,10 +15,33 @@ pub struct NodeConstraint {
     pub frame: Option<[[f64; 3]; 3]>,
     /// Prescribed displacement along each direction, m; `None`: free.
     pub prescribed: [Option<f64>; 3],
+    /// Directions held at zero only to make the stiffness matrix of a free body regular: a fixing carries no force
+    /// once the forces on the body balance, and is no support.
+    pub fixed: [bool; 3],
 }
 
 impl NodeConstraint {
-    /// Part of a vector along directions that are free, as a vector.
+    /// Nothing held, in the coordinate axes.
+    pub fn free() -> Self {
+        NodeConstraint { frame: None, prescribed: [None; 3], fixed: [false; 3] }
+    }
+
+    /// Displacement along direction `c` if it is no unknown: prescribed by a support, or zero by a fixing.
+    pub fn held(&self, c: usize) -> Option<f64> {
+        self.prescribed[c].or(self.fixed[c].then_some(0.0))
+    }
+
+    /// The supports, at zero displacement, and further `directions` held at zero, linearly dependent ones left out.
+    pub fn and_held(&self, directions: &[[f64; 3]], dim: usize) -> NodeConstraint {
+        let supports = (0..dim).filter(|&c| self.prescribed[c].is_some()).map(|c| self.direction(c));
+        let rows: Vec<Row> = supports
+            .chain(directions.iter().copied())
+            .map(|direction| Row { direction, value: 0.0 })
+            .collect();
+        node_constraint(&rows, dim)
+    }
+
+    /// Part of a vector along directions without a support, as a vector.
     pub fn free_part(&self, v: &[f64; 3], dim: usize) -> [f64; 3] {
         let mut free = [0.0; 3];
         for c in (0..dim).filter(|&c| self.prescribed[c].is_none()) {
@@ -81,11 +104,24 @@ impl Constraints {
 
     /// The supports of the nodes of a part, under their local numbers.
     pub fn of_part(&self, part: &MeshPart) -> Constraints {
-        let nodes = part.original.iter().enumerate();
-        Constraints(nodes.filter_map(|(i, o)| Some((i as u32, self.0.get(o)?.clone()))).collect())
+        self.of_nodes(&part.original)
     }
 
-    /// Nodal vectors in global axes to the nodes' frames, supported components set to zero.
+    /// Adds fixings.
+    pub fn fix(&mut self, fixings: &[Fixing]) {
+        for fixing in fixings {
+            let node = self.0.entry(fixing.node).or_insert_with(NodeConstraint::free);
+            node.fixed[fixing.component] = true;
+        }
+    }
+
+    /// The constraints of `nodes` under their position in the list.
+    pub fn of_nodes(&self, nodes: &[u32]) -> Constraints {
+        let nodes = nodes.iter().enumerate();
+        Constraints(nodes.filter_map(|(i, node)| Some((i as u32, self.0.get(node)?.clone()))).collect())
+    }
+
+    /// Nodal vectors in global axes to the nodes' frames, held components set to zero.
     pub fn to_frames(&self, values: &[f64], dim: usize) -> Vec<f64> {
         let mut out = values.to_vec();
         for (&node, constraint) in self.0.iter().take_while(|(n, _)| (**n as usize + 1) * dim <= values.len())
@@ -94,8 +130,8 @@ impl Constraints {
             let mut v = [0.0; 3];
             v[..dim].copy_from_slice(&values[range.clone()]);
             for (c, value) in out[range].iter_mut().enumerate() {
-                let free = constraint.prescribed[c].is_none();
-                *value = if free { dot(&v, &constraint.direction(c)) } else { 0.0 };
+                let unknown = constraint.held(c).is_none();
+                *value = if unknown { dot(&v, &constraint.direction(c)) } else { 0.0 };
             }
         }
         out
@@ -141,13 +177,14 @@ fn add_row(rows: &mut Vec<Row>, row: Row) -> std::result::Result<(), String> {
 
 /// Orthonormal frame whose first directions span the rows, and the values along them.
 fn node_constraint(rows: &[Row], dim: usize) -> NodeConstraint {
+    let fixed = [false; 3];
     let axis = |d: &[f64; 3]| (0..dim).find(|&c| d[c].abs() == 1.0);
     if let Some(axes) = rows.iter().map(|r| axis(&r.direction)).collect::<Option<Vec<_>>>() {
         let mut prescribed = [None; 3];
         for (c, row) in std::iter::zip(axes, rows) {
             prescribed[c] = Some(row.value * row.direction[c]);
         }
-        return NodeConstraint { frame: None, prescribed };
+        return NodeConstraint { frame: None, prescribed, fixed };
     }
     // Gram-Schmidt on the rows, values carried along; then the axes fill the rest.
     let mut basis: Vec<([f64; 3], Option<f64>)> = Vec::new();
@@ -168,7 +205,7 @@ fn node_constraint(rows: &[Row], dim: usize) -> NodeConstraint {
     for (c, (direction, value)) in basis.into_iter().enumerate() {
         (frame[c], prescribed[c]) = (direction, value);
     }
-    NodeConstraint { frame: Some(frame), prescribed }
+    NodeConstraint { frame: Some(frame), prescribed, fixed }
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub struct Balance {
     /// Work of stresses on strains, and of external, contact and support forces on displacements, J; and the sum of
     /// the absolute works.
     pub work: [f64; 3],
-    /// Resultant of the support forces, N.
+    /// Resultant of the support forces, N; a fixing is no support, its force is residual.
     pub reaction: [f64; 3],
 }
 
@@ -56,14 +56,14 @@ impl Body {
         let mut internal = vec![0.0; part.points.len() * dim];
         let mut balance = Balance::default();
         let mut work = Workspace::default();
-        let modulus = self.law.plane_modulus();
+        let modulus = self.model.law.plane_modulus();
         for (i, cell) in part.cells.iter().enumerate() {
             self.evaluate(cell, u, &mut work)?;
-            let element = self.elements.of(cell.kind);
+            let element = self.model.elements.of(cell.kind);
             let n = cell.kind.n_nodes();
             let in_plane: Vec<[f64; 3]> = work.stress.iter().map(|s| [s[0], s[1], s[3]]).collect();
             let f = &mut work.force[..n * dim];
-            element.internal_force(&work.x[..n], self.thickness, &in_plane, f)?;
+            element.internal_force(&work.x[..n], self.model.thickness, &in_plane, f)?;
             for (a, &node) in cell.nodes().iter().enumerate() {
                 (0..dim).for_each(|c| internal[node as usize * dim + c] += f[a * dim + c]);
             }
@@ -84,7 +84,7 @@ impl Body {
             if i < part.n_own_cells {
                 fields.cell_stress.push(element.mean(&work.x[..n], &work.stress)?);
                 fields.cell_strain.push(element.mean(&work.x[..n], &work.strain)?);
-                element.point_volumes(&work.x[..n], self.thickness, &mut work.volumes)?;
+                element.point_volumes(&work.x[..n], self.model.thickness, &mut work.volumes)?;
                 for ((s, e), v) in work.stress.iter().zip(&work.plane_strain).zip(&work.volumes) {
                     balance.work[0] += v * (s[0] * e[0] + s[1] * e[1] + s[3] * e[2]);
                     // Where nothing moves the stored energy sets the scale.
@@ -107,23 +107,24 @@ impl Body {
         for (a, &node) in cell.nodes().iter().enumerate() {
             work.u[a * dim..][..dim].copy_from_slice(&u[node as usize * dim..][..dim]);
         }
-        let temperature = |shape: &[f64]| assembly::temperature_at(self.temperature.as_deref(), cell, shape);
+        let temperature =
+            |shape: &[f64]| assembly::temperature_at(self.temperature.as_ref().map(|t| &t[..]), cell, shape);
         let at_points = &mut work.temperatures;
         at_points.clear();
-        self.elements.of(cell.kind).strains(
+        self.model.elements.of(cell.kind).strains(
             &work.x[..n],
             &work.u[..n * dim],
-            |_, shape| self.law.law(temperature(shape)),
+            |_, shape| self.model.law.law(temperature(shape)),
             &mut work.plane_strain,
         )?;
-        for point in self.elements.of(cell.kind).points() {
+        for point in self.model.elements.of(cell.kind).points() {
             at_points.push(temperature(&cell.kind.shape(&point.xi).n[..n]));
         }
         work.stress.clear();
         work.strain.clear();
         for (strain, t) in work.plane_strain.iter().zip(at_points.iter()) {
-            work.stress.push(self.law.stress(*strain, *t));
-            work.strain.push(self.law.strain(*strain, *t));
+            work.stress.push(self.model.law.stress(*strain, *t));
+            work.strain.push(self.model.law.strain(*strain, *t));
         }
         Ok(())
     }
@@ -133,19 +134,20 @@ impl Body {
         let (part, dim) = (&self.part, self.part.dim);
         for i in 0..part.n_owned {
             let (x, u) = (part.points[i], vector(u, i, dim));
-            let (applied, contact) = (vector(&self.external, i, dim), vector(contact, i, dim));
+            let applied = vector(&self.loads.external, i, dim).map(|f| self.loads.factors.loads * f);
+            let contact = vector(contact, i, dim);
             let internal = vector(internal, i, dim);
             let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);
-            let residual = match self.constraints.0.get(&(i as u32)) {
+            let residual = match self.model.constraints.0.get(&(i as u32)) {
                 Some(support) => support.free_part(&unbalanced, dim),
                 None => unbalanced,
             };
             let reaction: [f64; 3] = std::array::from_fn(|c| unbalanced[c] - residual[c]);
             balance.residual2[0] += dot(&residual, &residual);
             // Loads that cancel inside (initial strain, prescribed motion) still set the scale of round-off.
-            let load = match self.constraints.0.get(&(i as u32)) {
+            let load = match self.model.constraints.0.get(&(i as u32)) {
                 Some(_) => [0.0; 3],
-                None => vector(&self.load, i, dim),
+                None => vector(&self.loads.current, i, dim),
             };
             balance.residual2[1] += dot(&load, &load);
             balance.scale[0] += dot(&load, &load).sqrt();

@@ -279,7 +279,7 @@ same.",
         heading: "`rigid`",
         about: "A body without mesh, material and unknowns, in contact only with deformable bodies. Exactly one of \
 `plane`, `circle`, `polyline`. Its only surface is called `surface`: `surfaces = [\"punch.bottom\", \
-\"anvil.surface\"]`. Its outward side is where the bodies are that it may touch.",
+\"anvil.surface\"]`. Its outward side is where the bodies are that it may touch. Only with `driver = \"active set\"`.",
         keys: &[
             key("plane", Table("rigid.plane"), ABSENT, "A straight line without ends."),
             key("circle", Table("rigid.circle"), ABSENT, "A disc, or a bore."),

@@ -1,13 +1,18 @@
 //! Where surfaces meet: contact surfaces, conjugate points, gaps.
 //!
 //! Knows surfaces, not bodies: both rank groups of a pair hold both surfaces and compute the same pairing.
+pub mod mortar;
+mod normals;
 mod pairing;
+mod rigid;
 mod rows;
 mod search;
 mod surface;
+#[cfg(test)]
+mod testing;
 
 pub use pairing::{Conjugate, Pairing};
-pub use rows::Row;
+pub use rows::{Row, pointwise};
 pub use search::Projection;
 pub use surface::Surface;
 

@@ -4,12 +4,15 @@ use super::{
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
 };
-use rstar::{AABB, RTree, primitives::GeomWithData, primitives::Rectangle};
+use rstar::{AABB, RTree, SelectionFunction, primitives::GeomWithData, primitives::Rectangle};
+
+/// A facet's bounding box and its index.
+type Leaf = GeomWithData<Rectangle<[f64; 3]>, usize>;
 
 /// A surface with its spatial index.
 pub struct Search<'a> {
     surface: &'a Surface,
-    tree: RTree<GeomWithData<Rectangle<[f64; 3]>, usize>>,
+    tree: RTree<Leaf>,
     /// Number of facets at each node: one at a free end of the surface.
     facets_at_node: Vec<u8>,
 }
@@ -33,10 +36,32 @@ pub struct Projection {
 }
 
 /// Facets are hit only where the two surfaces face each other: cosine between the normals below this.
-const FACING: f64 = -0.1;
+pub(super) const FACING: f64 = -0.1;
 
 /// Projection error allowed relative to the facet, for round-off in the coordinates.
 const ROUND_OFF: f64 = 1e-6;
+
+/// Boxes whose projection on each axis meets the axis's range.
+struct Band(Vec<([f64; 2], [f64; 2])>);
+
+impl SelectionFunction<Leaf> for Band {
+    fn should_unpack_parent(&self, bounds: &AABB<[f64; 3]>) -> bool {
+        let (low, high) = (bounds.lower(), bounds.upper());
+        self.0.iter().all(|(axis, range)| {
+            let (mut least, mut most) = (0.0, 0.0);
+            for i in 0..2 {
+                let (a, b) = (axis[i] * low[i], axis[i] * high[i]);
+                least += a.min(b);
+                most += a.max(b);
+            }
+            least <= range[1] && most >= range[0]
+        })
+    }
+
+    fn should_unpack_leaf(&self, leaf: &Leaf) -> bool {
+        self.should_unpack_parent(&rstar::RTreeObject::envelope(leaf))
+    }
+}
 
 impl<'a> Search<'a> {
     /// Builds the index, O(n log n).
@@ -82,7 +107,7 @@ impl<'a> Search<'a> {
     pub fn intersection(&self, x: &[f64; 3], normal: &[f64; 3]) -> Option<Projection> {
         let across = [normal[1], -normal[0], 0.0];
         let mut best: Option<(f64, usize, f64)> = None;
-        for f in 0..self.surface.facets.len() {
+        for f in self.along_line(x, normal) {
             let ends = &self.surface.facets[f];
             let side = |i: u32| dot(&sub(&self.surface.points[i as usize], x), &across);
             let (a, b) = (side(ends[0]), side(ends[1]));
@@ -109,6 +134,49 @@ impl<'a> Search<'a> {
             }
         }
         best.map(|(_, f, xi)| self.projection(f, xi, x, normal))
+    }
+
+    /// Facets whose boxes the line through `x` along `normal` meets, either way.
+    pub fn along_line(&self, x: &[f64; 3], normal: &[f64; 3]) -> impl Iterator<Item = usize> + '_ {
+        let at = x[0] * normal[1] - x[1] * normal[0];
+        self.select(Band(vec![([normal[1], -normal[0]], [at, at])]))
+    }
+
+    /// Facets whose boxes meet the convex hull of `points`, separated along coordinate axes and `axes` only: a few
+    /// too many may come.
+    pub fn near_hull(&self, points: &[[f64; 3]], axes: &[[f64; 2]]) -> impl Iterator<Item = usize> + '_ {
+        let bands = axes.iter().chain(&[[1.0, 0.0], [0.0, 1.0]]).map(|&axis| {
+            let range = points.iter().map(|p| axis[0] * p[0] + axis[1] * p[1]);
+            (axis, range.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]))
+        });
+        self.select(Band(bands.collect()))
+    }
+
+    fn select(&self, band: Band) -> impl Iterator<Item = usize> + '_ {
+        self.tree.locate_with_selection_function(band).map(|leaf| leaf.data)
+    }
+
+    /// Where the line through `x` along the unit vector `normal` meets facet `f`: the coordinate eta there and the
+    /// signed distance from `x`. Beyond the facet's ends the facet is extrapolated. `None` if the line is parallel.
+    pub fn hit(&self, f: usize, x: &[f64; 3], normal: &[f64; 3]) -> Option<(f64, f64)> {
+        let side = |p: &[f64; 3]| normal[0] * (p[1] - x[1]) - normal[1] * (p[0] - x[0]);
+        let at = |i: usize| side(&self.surface.points[self.surface.facets[f][i] as usize]);
+        let (a, b) = (at(0), at(1));
+        let straight = (a + b) / (a - b);
+        let eta = if self.surface.facets[f].len() == 2 {
+            straight
+        } else {
+            // side(eta) = second eta^2 + first eta + middle; of its two roots the one the chord suggests.
+            let middle = at(2);
+            let (second, first) = (0.5 * (a + b) - middle, 0.5 * (b - a));
+            let root = (first * first - 4.0 * second * middle).max(0.0).sqrt();
+            let q = -0.5 * (first + root.copysign(first));
+            let guess = if straight.is_finite() { straight.clamp(-1.0, 1.0) } else { 0.0 };
+            let roots = [middle / q, q / second].into_iter().filter(|r| r.is_finite());
+            roots.min_by(|r, s| (r - guess).abs().total_cmp(&(s - guess).abs()))?
+        };
+        let distance = dot(&sub(&self.surface.point(f, eta), x), normal);
+        (eta.is_finite() && distance.is_finite()).then_some((eta, distance))
     }
 
     /// Coordinate in [-1, 1] of the point of facet `f` closest to `x`.

@@ -1,5 +1,5 @@
 //! A contact surface: its nodes in order, normals, facets, tributary areas.
-use super::vector::{combine, norm, sub, unit};
+use super::vector::{combine, norm, sub};
 use crate::mesh::{Facet, Mesh};
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ pub struct Surface {
     pub nodes: Vec<u32>,
     /// Node coordinates, m.
     pub points: Vec<[f64; 3]>,
-    /// Outward unit normals at the nodes: mean of the adjacent facets' normals.
+    /// Outward unit normals at the nodes: weighted means of the adjacent facets' normals, see `normals.rs`.
     pub normals: Vec<[f64; 3]>,
     /// Arc length from the first node, m.
     pub s: Vec<f64>,
@@ -51,24 +51,56 @@ impl Surface {
             length += total;
             surface.facets.push(global.iter().map(|g| local[g]).collect());
         }
-        surface.normals = vec![[0.0; 3]; surface.nodes.len()];
-        surface.weights = vec![0.0; surface.nodes.len()];
-        for f in 0..surface.facets.len() {
-            for (i, node) in surface.facets[f].clone().into_iter().enumerate() {
-                let normal = unit(&surface.area_vector(f, [-1.0, 1.0, 0.0][i]));
-                let sum = &mut surface.normals[node as usize];
-                *sum = combine([(1.0, &*sum), (1.0, &normal)]);
+        surface.measured(thickness)
+    }
+
+    /// A surface of its own: `points` and `facets` in order, the body to the left; `thickness` as in [`Surface::new`].
+    pub(super) fn from_points(points: Vec<[f64; 3]>, facets: Vec<Vec<u32>>, thickness: f64) -> Surface {
+        let mut surface =
+            Surface { nodes: (0..points.len() as u32).collect(), points, facets, ..Self::default() };
+        surface.s = vec![0.0; surface.nodes.len()];
+        let mut length = 0.0;
+        for facet in &surface.facets {
+            let corners: Vec<[f64; 3]> = facet.iter().map(|&i| surface.points[i as usize]).collect();
+            let (arc, total) = arc_lengths(&corners);
+            for (&node, at) in facet.iter().zip(arc) {
+                // The first node of a closed surface keeps zero.
+                if node > 0 {
+                    surface.s[node as usize] = length + at;
+                }
             }
-            for (xi, weight) in GAUSS3 {
-                let (n, _) = line_shape(surface.facets[f].len(), xi);
-                let area = weight * norm(&surface.area_vector(f, xi)) * thickness;
-                for (i, &node) in surface.facets[f].iter().enumerate() {
-                    surface.weights[node as usize] += n[i] * area;
+            length += total;
+        }
+        surface.measured(thickness)
+    }
+
+    /// The surface with its nodes moved by `u`, m, one displacement per surface node: normals and tributary areas
+    /// are those of the new positions, `s` remains the arc length before the motion.
+    pub fn moved(&self, u: &[[f64; 3]]) -> Surface {
+        let points = self.points.iter().zip(u).map(|(x, u)| combine([(1.0, x), (1.0, u)])).collect();
+        let length: f64 = (0..self.facets.len()).flat_map(|f| self.areas(f)).map(|(_, area)| area).sum();
+        let thickness = if length > 0.0 { self.weights.iter().sum::<f64>() / length } else { 1.0 };
+        Surface { points, ..self.clone() }.measured(thickness)
+    }
+
+    /// Computes normals and tributary areas from points and facets.
+    fn measured(mut self, thickness: f64) -> Surface {
+        self.normals = super::normals::nodal(&self);
+        self.weights = vec![0.0; self.nodes.len()];
+        for f in 0..self.facets.len() {
+            for (xi, area) in self.areas(f) {
+                let (n, _) = line_shape(self.facets[f].len(), xi);
+                for (i, &node) in self.facets[f].iter().enumerate() {
+                    self.weights[node as usize] += n[i] * area * thickness;
                 }
             }
         }
-        surface.normals.iter_mut().for_each(|n| *n = unit(n));
-        surface
+        self
+    }
+
+    /// Gauss points of facet `f` and the length each stands for, m.
+    fn areas(&self, f: usize) -> [(f64, f64); 3] {
+        GAUSS3.map(|(xi, weight)| (xi, weight * norm(&self.area_vector(f, xi))))
     }
 
     /// Point of facet `f` at `xi`.

@@ -80,6 +80,22 @@ impl LinearElastic {
         [strain[0], strain[1], zz, 0.5 * strain[2], 0., 0.]
     }
 
+    /// True if Young's modulus or Poisson's ratio vary with temperature: the stiffness then does, too.
+    pub fn stiffness_varies(&self) -> bool {
+        self.young.is_table() || self.poisson.is_table()
+    }
+
+    /// True if the thermal strain is proportional to T - Tref.
+    pub fn expands_linearly(&self) -> bool {
+        !self.stiffness_varies() && !self.expansion.as_ref().is_some_and(Property::is_table)
+    }
+
+    /// Tref + factor (T - Tref), K.
+    pub fn scaled_temperature(&self, t: f64, factor: f64) -> f64 {
+        // Factor 1 is the temperature as given, to the last bit.
+        if factor == 1.0 { t } else { self.reference_temperature + factor * (t - self.reference_temperature) }
+    }
+
     /// Modulus of the plane problem at the reference temperature, Pa: E in plane stress, E/(1 - nu^2) in
     /// plane strain.
     pub fn plane_modulus(&self) -> f64 {

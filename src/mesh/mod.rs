@@ -15,7 +15,7 @@ pub use generate::generate;
 pub use gmsh::read as read_gmsh;
 pub use locate::{Locator, nearest_node};
 pub use part::{MeshPart, Numbering};
-pub use partition::partition;
+pub use partition::{give_to_first, partition};
 
 use crate::element::ElementKind;
 use std::collections::BTreeMap;

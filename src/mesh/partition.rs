@@ -56,6 +56,29 @@ pub fn partition(mesh: &Mesh, parts: usize) -> Result<Vec<u32>> {
     Ok(owner)
 }
 
+/// Makes rank 0 the owner of `nodes`: it gets every cell with a side among them, and for a node that lies on no such
+/// cell the first cell that has it. (A node belongs to the lowest rank among its cells' owners.)
+pub fn give_to_first(mesh: &Mesh, owner: &mut [u32], nodes: &[u32]) {
+    let mut wanted = vec![false; mesh.points.len()];
+    nodes.iter().for_each(|&node| wanted[node as usize] = true);
+    let mut own = vec![false; mesh.points.len()];
+    let mut give = |cell: usize, owner: &mut [u32]| {
+        owner[cell] = 0;
+        mesh.cells[cell].nodes().iter().for_each(|&node| own[node as usize] = true);
+    };
+    for (c, cell) in mesh.cells.iter().enumerate() {
+        if owner[c] == 0 || cell.nodes().iter().filter(|&&node| wanted[node as usize]).count() > 1 {
+            give(c, owner);
+        }
+    }
+    for (c, cell) in mesh.cells.iter().enumerate() {
+        if cell.nodes().iter().any(|&node| wanted[node as usize] && !own[node as usize]) {
+            owner[c] = 0;
+            cell.nodes().iter().for_each(|&node| own[node as usize] = true);
+        }
+    }
+}
+
 /// True if every vertex of a graph in compressed rows can be reached from the first.
 fn connected(start: &[Idx], neighbours: &[Idx]) -> bool {
     let n = start.len() - 1;
@@ -114,6 +137,26 @@ mod tests {
                     assert!((count / mean - 1.0).abs() < 0.15, "{kind:?}: {count} cells of {mean}");
                     assert!(contiguous(&mesh, &owner, part), "{kind:?}, {parts} parts: {part} is in pieces");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_rank_gets_the_nodes_it_is_given() {
+        for kind in ElementKind::ALL {
+            let mesh = unit_square(kind, 12);
+            let mut nodes: Vec<u32> =
+                mesh.surfaces["top"].iter().flat_map(|&f| mesh.facet_nodes(f)).collect();
+            nodes.push(40);
+            for parts in [1, 2, 4] {
+                let mut owner = partition(&mesh, parts).unwrap();
+                give_to_first(&mesh, &mut owner, &nodes);
+                let numbering = crate::mesh::Numbering::new(&mesh, &owner, parts);
+                for &node in &nodes {
+                    assert_eq!(numbering.owner(numbering.new_of_old[node as usize]), 0, "{kind:?}");
+                }
+                let moved = owner.iter().filter(|&&o| o == 0).count() as f64;
+                assert!(parts == 1 || moved < 0.75 * owner.len() as f64, "{kind:?}: {moved}");
             }
         }
     }

@@ -84,6 +84,7 @@ fn create_all<'a>(comm: &SimpleCommunicator, file: &File, result: &ResultFile<'a
     tables::create_contact(comm, file, result, &mut plan)?;
     history::create(comm, file, result.history, result.pairs, result.run, &mut plan)?;
     tables::create_run(comm, file, result.run, &mut plan)?;
+    tables::create_rigid(comm, file, result.run, &mut plan)?;
     if let Some(table) = &result.run.steps {
         steps::create_table(comm, file, table, &mut plan)?;
     }

@@ -1,6 +1,6 @@
 //! Reading `result.vtkhdf` back, by one process.
 use super::hdf5_text::{read_string_attribute, read_strings};
-use super::{Field, HistoryRow, LoadStep, PairTables, Piece, Reason, ResultFile, RunInfo, SideTable, State};
+use super::{Field, HistoryRow, Outline, PairTables, Piece, Reason, ResultFile, RunInfo, SideTable, State};
 use super::{history, steps};
 use crate::case::{Analysis, Units};
 use crate::element::ElementKind;
@@ -37,7 +37,8 @@ impl Results {
     }
 
     fn from_file(file: &File) -> Result<Self> {
-        let run = read_run(&file.group("run")?, steps::read(file)?)?;
+        let run =
+            RunInfo { steps: steps::read(file)?, rigid: read_rigid(file)?, ..read_run(&file.group("run")?)? };
         let n_steps = run.steps.as_ref().map_or(1, Vec::len);
         let (piece, partitions, fields) = read_grid(&file.group("VTKHDF")?, n_steps)?;
         let contact = file.group("contact")?.groups()?;
@@ -130,6 +131,21 @@ fn read_fields(group: &Group, n_steps: usize) -> Result<Vec<Vec<Field>>> {
     Ok(steps)
 }
 
+fn read_rigid(file: &File) -> Result<Vec<Outline>> {
+    if !file.link_exists("rigid") {
+        return Ok(Vec::new());
+    }
+    let outline = |group: &Group| {
+        let motion = read_vectors(&group.dataset("motion")?)?;
+        Ok(Outline {
+            body: read_string_attribute(group, "name")?,
+            points: read_vectors(&group.dataset("x")?)?,
+            motion: *motion.first().ok_or_else(|| Error::input("a rigid body has no motion"))?,
+        })
+    };
+    file.group("rigid")?.groups()?.iter().map(outline).collect()
+}
+
 /// A pair after the last step, or after step `step`.
 fn read_pair(group: &Group, step: Option<usize>) -> Result<PairTables> {
     let (a, b) = (group.group("a")?, group.group("b")?);
@@ -160,7 +176,7 @@ fn read<T: H5Type>(group: &Group, name: &str) -> Result<Vec<T>> {
     Ok(group.dataset(name)?.read_raw()?)
 }
 
-fn read_run(group: &Group, steps: Option<Vec<LoadStep>>) -> Result<RunInfo> {
+fn read_run(group: &Group) -> Result<RunInfo> {
     let text = |name| read_string_attribute(group, name);
     let thickness = group.attr("thickness")?.read_scalar()?;
     let reason = text("reason")?;
@@ -180,6 +196,7 @@ fn read_run(group: &Group, steps: Option<Vec<LoadStep>>) -> Result<RunInfo> {
         reason: Reason::named(&reason).ok_or_else(|| unknown("reason", &reason))?,
         alternations: group.attr("alternations")?.read_scalar()?,
         tolerance: group.attr("tolerance")?.read_scalar()?,
-        steps,
+        steps: None,
+        rigid: Vec::new(),
     })
 }

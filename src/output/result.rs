@@ -101,6 +101,17 @@ pub struct LoadStep {
     pub updates: u64,
 }
 
+/// Outline of a rigid body, to be drawn. The same on all ranks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// Name of the body.
+    pub body: String,
+    /// A polyline before any motion, m; the body lies to the left of the direction of travel.
+    pub points: Vec<[f64; 3]>,
+    /// Prescribed motion at the end of the last step, m.
+    pub motion: [f64; 3],
+}
+
 /// What was run. The same on all ranks.
 #[derive(Debug, Clone)]
 pub struct RunInfo {
@@ -116,8 +127,10 @@ pub struct RunInfo {
     pub units: Units,
     /// Idealisation and thickness.
     pub analysis: Analysis,
-    /// Names of the bodies; `CellData/body` is an index into them.
+    /// Names of the deformable bodies; `CellData/body` is an index into them.
     pub bodies: Vec<String>,
+    /// The rigid bodies.
+    pub rigid: Vec<Outline>,
     /// How the alternation ended, of the last step.
     pub reason: Reason,
     /// Alternations made, in all steps.

@@ -130,3 +130,28 @@ pub(super) fn create_run<'a>(
     plan.add(&group, "bodies", None, texts(&run.bodies))?;
     plan.add(&group, "case_text", None, texts(std::slice::from_ref(&run.text)))
 }
+
+/// Collective. Creates `/rigid/<body>`, if there are rigid bodies: outlines, for pictures.
+pub(super) fn create_rigid<'a>(
+    comm: &SimpleCommunicator,
+    file: &File,
+    run: &'a RunInfo,
+    plan: &mut Plan<'a>,
+) -> Result<()> {
+    if run.rigid.is_empty() {
+        return Ok(());
+    }
+    let all = file.create_group("rigid")?;
+    for outline in &run.rigid {
+        let group = all.create_group(&group_name(&outline.body))?;
+        string_attribute(&group, "name", &outline.body)?;
+        let mut add = |name: &str, vectors: &'a [[f64; 3]]| {
+            let own = if comm.rank() == 0 { vectors.as_flattened() } else { &[] };
+            let rows = Rows { start: 0, total: vectors.len(), columns: 3, values: Values::F64(own.into()) };
+            plan.add(&group, name, Some(run.unit("m")), rows)
+        };
+        add("x", &outline.points)?;
+        add("motion", std::slice::from_ref(&outline.motion))?;
+    }
+    Ok(())
+}

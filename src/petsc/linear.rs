@@ -1,24 +1,15 @@
 //! Distributed vectors, matrices and solvers.
-use super::{error::check, sys};
+use super::{
+    error::check,
+    handle::{int, make},
+    sys,
+};
 use crate::error::{Error, Result};
 use mpi::traits::{AsRaw, Communicator};
 use std::{ffi::CString, ptr};
 
 /// A block size that PETSc, hypre and GAMG use to see the displacement components of a node.
 pub type Coordinates<'a> = &'a [[f64; 3]];
-
-macro_rules! handle {
-    ($(#[$doc:meta])* $name:ident, $raw:ident, $destroy:ident) => {
-        $(#[$doc])*
-        pub struct $name(sys::$raw);
-        impl Drop for $name {
-            fn drop(&mut self) {
-                // SAFETY: the handle was created by PETSc and is destroyed once.
-                unsafe { sys::$destroy(&mut self.0) };
-            }
-        }
-    };
-}
 
 handle!(
     /// A distributed vector; each rank owns a contiguous range of entries.
@@ -36,17 +27,6 @@ handle!(Index, IS, ISDestroy);
 handle!(Scatter, VecScatter, VecScatterDestroy);
 handle!(Dense, Mat, MatDestroy);
 handle!(NullSpace, MatNullSpace, MatNullSpaceDestroy);
-
-/// Calls `create(&mut handle)`.
-fn make<T>(create: impl FnOnce(*mut *mut T) -> sys::PetscErrorCode) -> Result<*mut T> {
-    let mut handle = ptr::null_mut();
-    check(create(&mut handle))?;
-    Ok(handle)
-}
-
-fn int(n: usize) -> Result<i32> {
-    i32::try_from(n).map_err(|_| Error::internal(format!("{n} does not fit PETSc's 32-bit integers")))
-}
 
 impl Vector {
     /// Zero vector with `n_owned` entries on this rank.
@@ -167,6 +147,18 @@ impl Matrix {
             let modes = NullSpace(make(|m| sys::MatNullSpaceCreateRigidBody(x.0, m))?);
             check(sys::MatSetNearNullSpace(self.0, modes.0))
         }
+    }
+
+    /// Largest diagonal entry over all ranks.
+    pub fn largest_diagonal(&self) -> Result<f64> {
+        let mut largest = 0.0;
+        // SAFETY: valid handles; the vector has the matrix's layout.
+        unsafe {
+            let d = Vector(make(|v| sys::MatCreateVecs(self.0, v, ptr::null_mut()))?);
+            check(sys::MatGetDiagonal(self.0, d.0))?;
+            check(sys::VecNorm(d.0, sys::NormType::NORM_INFINITY, &mut largest))?;
+        }
+        Ok(largest)
     }
 
     /// y = A x.

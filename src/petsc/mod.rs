@@ -2,12 +2,18 @@
 //!
 //! All `unsafe` of the program that concerns PETSc is in this folder. Matrices and vectors live on a rank group's
 //! communicator; unless said otherwise a method is collective on it.
+#[macro_use]
+mod handle;
+mod dense;
 mod error;
 mod linear;
+mod schur;
 mod session;
 
+pub use dense::{Cholesky, Symmetric};
 pub use linear::{Coordinates, Gather, Ksp, Matrix, Vector};
-pub use session::{Session, abort, option_prefixes_left, set_options};
+pub use schur::SchurFactor;
+pub use session::{Session, abort, has_option, option_prefixes_left, set_options};
 
 #[allow(non_upper_case_globals, non_camel_case_types, non_snake_case, missing_docs, unused)]
 #[allow(unsafe_op_in_unsafe_fn, rustdoc::all, clippy::all)]

@@ -39,6 +39,17 @@ pub fn set_options(options: &str) -> Result<()> {
     check(unsafe { sys::PetscOptionsInsertString(ptr::null_mut(), text.as_ptr()) })
 }
 
+/// True if the options database has `-<prefix><name>`; it counts as asked for.
+pub fn has_option(prefix: &str, name: &str) -> Result<bool> {
+    let nul = |_| Error::input("PETSc options must not contain NUL");
+    let prefix = CString::new(prefix).map_err(nul)?;
+    let name = CString::new(format!("-{name}")).map_err(nul)?;
+    let mut found = sys::PetscBool::PETSC_FALSE;
+    // SAFETY: a null options object means the global database.
+    check(unsafe { sys::PetscOptionsHasName(ptr::null_mut(), prefix.as_ptr(), name.as_ptr(), &mut found) })?;
+    Ok(found == sys::PetscBool::PETSC_TRUE)
+}
+
 /// Names of options starting with `prefix` that nothing has asked for: most likely misspelt.
 pub fn option_prefixes_left(prefix: &str) -> Result<Vec<String>> {
     let (mut n, mut names, mut values) = (0, ptr::null_mut(), ptr::null_mut());

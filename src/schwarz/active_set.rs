@@ -83,12 +83,13 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         coarse: &'c Coarse,
         limits: Limits,
         n_pairs: usize,
+        step: u64,
     ) -> Self {
         let initial: Vec<f64> = rows.iter().flat_map(|r| r.gap.iter().copied()).collect();
         let free = coupling.free();
         let g_free: Vec<f64> = std::iter::zip(&initial, free).map(|(g, w)| g - w).collect();
         let n = coupling.n;
-        let recorder = Recorder::new(coupling, n_pairs);
+        let recorder = Recorder::new(n_pairs, step);
         ActiveSet {
             lead: vec![Lead::Multiplier; coupling.ends.len()],
             coupling,
@@ -120,16 +121,33 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             Err(motion) => return Ok(Err(motion)),
         };
         self.alpha = alpha;
-        let guess = match warm {
-            Some(warm) if self.coupling.dot(warm, warm) > 0.0 => warm.to_vec(),
-            _ => start.clone(),
-        };
         if self.coupling.dot(&start, &start) == 0.0 {
             return Ok(Ok(self.outcome(Reason::Open)));
         }
+        let guess = match warm {
+            Some(warm) if self.coupling.dot(warm, warm) > 0.0 => warm.to_vec(),
+            _ => self.one_sided_guess(&start)?,
+        };
         self.active = guess.iter().map(|r| *r > 0.0).collect();
         let reason = self.iterate(guess, &start, &mut progress)?;
         Ok(Ok(self.outcome(reason)))
+    }
+
+    /// Each pair's softer body pressed against the other one held fast. Where the two are alike up to a factor, as
+    /// bodies that only dent are, the set of active rows is that of the solution. Rows whose body has no answer keep
+    /// the springs' forces.
+    fn one_sided_guess(&mut self, start: &[f64]) -> Result<Vec<f64>> {
+        for (lead, rows) in std::iter::zip(&mut self.lead, self.rows) {
+            let mortar_is_softer = rows.compliance_ratio < 1.0 && !rows.mortar_is_coarse;
+            *lead = if mortar_is_softer { Lead::Mortar } else { Lead::Multiplier };
+        }
+        let gap: Vec<f64> = (0..self.coupling.n).map(|j| self.gap_at(j)).collect();
+        let mut guess = self.coupling.unilateral_step(&gap, &self.lead)?;
+        std::iter::zip(&mut guess, start).filter(|(g, _)| g.is_nan()).for_each(|(g, s)| *g = *s);
+        if self.coupling.dot(&guess, &guess) == 0.0 {
+            guess = start.to_vec();
+        }
+        Ok(guess)
     }
 
     fn outcome(&mut self, reason: Reason) -> Outcome {
@@ -198,7 +216,11 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     }
 
     /// Feasible active-set method: forces stay compressive and in equilibrium, the energy falls with every step.
-    pub(super) fn descend(&mut self, start: &[f64], progress: &mut impl FnMut(&HistoryRow)) -> Result<Reason> {
+    pub(super) fn descend(
+        &mut self,
+        start: &[f64],
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Reason> {
         let mut feasible = start.to_vec();
         self.active = feasible.iter().map(|r| *r > 0.0).collect();
         let applied = self.apply(&feasible)?;
@@ -340,7 +362,8 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             let pushed = self.coarse.restrict(self.coupling.exchange, |j| z[j]);
             let a = projector.solve(&pushed);
             for j in 0..n {
-                z[j] = if self.active[j] { z[j] - self.coarse.scaling(j) * self.coarse.at(j, &a) } else { 0.0 };
+                z[j] =
+                    if self.active[j] { z[j] - self.coarse.scaling(j) * self.coarse.at(j, &a) } else { 0.0 };
             }
             let mut p = z.clone();
             if let Some((p_old, r_old, rz_old)) = &direction {
@@ -427,9 +450,11 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let (tension, penetration) = (self.threshold * largest, self.gap_threshold());
         let n = self.coupling.n;
         let leaving: Vec<usize> = (0..n).filter(|&j| self.active[j] && self.force[j] < -tension).collect();
-        let entering: Vec<usize> = (0..n).filter(|&j| !self.active[j] && self.gap_at(j) < -penetration).collect();
+        let entering: Vec<usize> =
+            (0..n).filter(|&j| !self.active[j] && self.gap_at(j) < -penetration).collect();
         let worst = leaving.iter().map(|&j| -self.force[j] / largest).fold(0.0, f64::max);
-        let worst = entering.iter().map(|&j| -self.gap_at(j) / (penetration / self.threshold)).fold(worst, f64::max);
+        let worst =
+            entering.iter().map(|&j| -self.gap_at(j) / (penetration / self.threshold)).fold(worst, f64::max);
         (leaving, entering, self.coupling.exchange.max(&[worst])[0])
     }
 
@@ -438,15 +463,12 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// leaves eigenvalues between 1 + 1/c_max and 1 + 1/c_min. The short waves have the ratio of the moduli; the long
     /// ones are measured by the responses to the contact forces as they are.
     fn choose_lead(&mut self, force: &[f64], own: &[f64], other: &[f64]) {
-        let _ = (force, own, other);
-        // Filled in by `lead` below; see there.
-        for (i, end) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
+        for (i, _) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
             let range = self.coupling.ranges[i].clone();
             let work = |w: &[f64]| -> f64 {
                 std::iter::zip(&force[range.clone()], &w[range.clone()]).map(|(f, w)| f * w).sum()
             };
             let (long, short) = (work(own) / work(other), self.rows[i].compliance_ratio);
-            let _ = end;
             self.lead[i] = if long * short >= 0.25 || !long.is_finite() || self.rows[i].mortar_is_coarse {
                 Lead::Multiplier
             } else {

@@ -69,7 +69,12 @@ struct Run {
     free_modes: usize,
 }
 
-fn run(bodies: &mut [Dense], gap: Vec<f64>, stiffness: f64, ratio: f64) -> std::result::Result<Run, Vec<f64>> {
+fn run(
+    bodies: &mut [Dense],
+    gap: Vec<f64>,
+    stiffness: f64,
+    ratio: f64,
+) -> std::result::Result<Run, Vec<f64>> {
     let n = gap.len();
     let ends = [
         End { pair: 0, multiplier: true, body: 0, rows: 0..n },
@@ -79,11 +84,12 @@ fn run(bodies: &mut [Dense], gap: Vec<f64>, stiffness: f64, ratio: f64) -> std::
     let first = [0, bodies[0].modes.len()];
     let n_modes = bodies.iter().map(|b| b.modes.len()).sum();
     let scale: Vec<Vec<f64>> = bodies.iter().map(|b| b.work.iter().map(|w| w.abs()).collect()).collect();
-    let rows = [PairRows { gap, stiffness, compliance_ratio: ratio, mortar_is_coarse: false }, PairRows::default()];
+    let rows =
+        [PairRows { gap, stiffness, compliance_ratio: ratio, mortar_is_coarse: false }, PairRows::default()];
     let mut coupling = Coupling::new(bodies, &ends, &exchange);
     let coarse = Coarse::new(&coupling, n_modes, &first, &scale, vec![stiffness; n]);
     let limits = Limits { tolerance: 1e-8, max_alternations: 500 };
-    let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1);
+    let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
     let outcome = driver.run(None, |_| {}).expect("no library fails")?;
     let free_modes = coarse.projector(&exchange, &driver.active).unrestrained.len();
     Ok(Run {
@@ -179,19 +185,22 @@ fn feasible_steps_find_the_same_solution() {
     let (a, x) = half_plane(n, 1.0);
     let (b, _) = half_plane(n, 3.0);
     let gap: Vec<f64> = x.iter().map(|x| x * x * (1.0 + 0.5 * (20.0 * x).sin()) - 0.2).collect();
-    let reference = run(&mut [body(a.clone()), body(b.clone())], gap.clone(), 0.75, 1.0 / 3.0).expect("restrained");
+    let reference =
+        run(&mut [body(a.clone()), body(b.clone())], gap.clone(), 0.75, 1.0 / 3.0).expect("restrained");
     let ends = [
         End { pair: 0, multiplier: true, body: 0, rows: 0..n },
         End { pair: 0, multiplier: false, body: 1, rows: 0..n },
     ];
     let exchange = Exchange { comm: None, partners: vec![Partner::Here(1), Partner::Here(0)] };
-    let rows =
-        [PairRows { gap, stiffness: 0.75, compliance_ratio: 1.0 / 3.0, mortar_is_coarse: false }, PairRows::default()];
+    let rows = [
+        PairRows { gap, stiffness: 0.75, compliance_ratio: 1.0 / 3.0, mortar_is_coarse: false },
+        PairRows::default(),
+    ];
     let mut bodies = [body(a), body(b)];
     let mut coupling = Coupling::new(&mut bodies, &ends, &exchange);
     let coarse = Coarse::new(&coupling, 0, &[0, 0], &[vec![], vec![]], vec![0.75; n]);
     let limits = Limits { tolerance: 1e-10, max_alternations: 2000 };
-    let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1);
+    let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
     let (start, _) = coarse.start(&exchange, &driver.gap.clone()).expect("restrained");
     let reason = driver.descend(&start, &mut |_| {}).expect("no library fails");
     assert_eq!(reason, Reason::Converged);

@@ -247,7 +247,11 @@ impl Coarse {
         let mut t = high;
         for _ in 0..START_ITERATIONS {
             let [value, curvature] = slope(t);
-            if value > 0.0 { high = t } else { low = t }
+            if value > 0.0 {
+                high = t
+            } else {
+                low = t
+            }
             let next = if curvature > 0.0 { t - value / curvature } else { 0.5 * (low + high) };
             let next = if next > low && next < high { next } else { 0.5 * (low + high) };
             if (next - t).abs() <= 1e-14 * high || value == 0.0 {

@@ -88,7 +88,8 @@ impl<'a, B: Respond> Coupling<'a, B> {
 
     /// Outward displacements of the rows without contact forces, of both sides together, m. Collective on the roots.
     pub fn free(&self) -> Vec<f64> {
-        let [own, other] = self.to_multipliers(|bodies, end| bodies[end.body].free()[end.rows.clone()].to_vec());
+        let [own, other] =
+            self.to_multipliers(|bodies, end| bodies[end.body].free()[end.rows.clone()].to_vec());
         std::iter::zip(own, other).map(|(a, b)| a + b).collect()
     }
 
@@ -112,43 +113,64 @@ impl<'a, B: Respond> Coupling<'a, B> {
     /// Displacement step of the leading body of each end's pair (`lead`, given on multiplier ends): the forces, N, with
     /// which it resists being pushed inwards by `inward` on the active rows. Collective on the roots.
     pub fn displacement_step(&mut self, inward: &[f64], active: &[bool], lead: &[Lead]) -> Result<Vec<f64>> {
+        self.ask_leaders(inward, active, lead, |body, inward, active| match active.contains(&true) {
+            true => body.displacement_step(inward, active),
+            false => Ok(vec![0.0; active.len()]),
+        })
+    }
+
+    /// Unilateral displacement step of the leading bodies: each alone against the others held fast, which leave it the
+    /// gaps `gap`. Not a number where a body has no answer. Collective on the roots.
+    pub fn unilateral_step(&mut self, gap: &[f64], lead: &[Lead]) -> Result<Vec<f64>> {
+        let all = vec![true; self.n];
+        self.ask_leaders(gap, &all, lead, |body, gap, chosen| {
+            let answer = body.unilateral_step(gap, chosen)?;
+            Ok(answer.unwrap_or_else(|| vec![f64::NAN; gap.len()]))
+        })
+    }
+
+    /// A step that the leading body of each pair makes: it gets a value and a flag per row and answers with forces.
+    fn ask_leaders(
+        &mut self,
+        values: &[f64],
+        flags: &[bool],
+        lead: &[Lead],
+        mut step: impl FnMut(&mut B, &[f64], &[bool]) -> Result<Vec<f64>>,
+    ) -> Result<Vec<f64>> {
         self.steps.displacement += 1;
-        // A mortar end is asked by a message of displacements and flags; an empty one asks for nothing.
+        // A mortar end is asked by a message of values and flags; an empty one asks for nothing.
         let ask = |i: usize, end: &End| {
             let range = self.ranges[i].clone();
             if !end.multiplier || lead[i] == Lead::Multiplier {
                 return Vec::new();
             }
-            let flags = active[range.clone()].iter().map(|a| f64::from(u8::from(*a)));
-            inward[range].iter().copied().chain(flags).collect()
+            let flags = flags[range.clone()].iter().map(|a| f64::from(u8::from(*a)));
+            values[range].iter().copied().chain(flags).collect()
         };
         let out: Vec<Vec<f64>> = self.ends.iter().enumerate().map(|(i, end)| ask(i, end)).collect();
         let received = self.exchange.swap(&out);
-        let mut values: Vec<Vec<f64>> = self.bodies.iter().map(|b| vec![0.0; b.n_rows()]).collect();
-        let mut flags: Vec<Vec<bool>> = self.bodies.iter().map(|b| vec![false; b.n_rows()]).collect();
+        let mut given: Vec<(Vec<f64>, Vec<bool>)> =
+            self.bodies.iter().map(|b| (vec![0.0; b.n_rows()], vec![false; b.n_rows()])).collect();
         for (i, end) in self.ends.iter().enumerate() {
-            let (values, flags) = (&mut values[end.body], &mut flags[end.body]);
+            let (own_values, own_flags) = &mut given[end.body];
             let n = end.rows.len();
             if end.multiplier && lead[i] == Lead::Multiplier {
-                values[end.rows.clone()].copy_from_slice(&inward[self.ranges[i].clone()]);
-                flags[end.rows.clone()].copy_from_slice(&active[self.ranges[i].clone()]);
+                own_values[end.rows.clone()].copy_from_slice(&values[self.ranges[i].clone()]);
+                own_flags[end.rows.clone()].copy_from_slice(&flags[self.ranges[i].clone()]);
             } else if !end.multiplier && received[i].len() == 2 * n {
-                values[end.rows.clone()].copy_from_slice(&received[i][..n]);
-                std::iter::zip(&mut flags[end.rows.clone()], &received[i][n..]).for_each(|(f, v)| *f = *v > 0.5);
+                own_values[end.rows.clone()].copy_from_slice(&received[i][..n]);
+                std::iter::zip(&mut own_flags[end.rows.clone()], &received[i][n..])
+                    .for_each(|(flag, v)| *flag = *v > 0.5);
             }
         }
-        let answers = self.bodies.iter_mut().zip(std::iter::zip(&values, &flags));
-        let answers = answers.map(|(body, (inward, active))| match active.contains(&true) {
-            true => body.displacement_step(inward, active),
-            false => Ok(vec![0.0; active.len()]),
-        });
-        let answers = answers.collect::<Result<Vec<_>>>();
+        let answers = std::iter::zip(self.bodies.iter_mut(), &given);
+        let answers =
+            answers.map(|(body, (values, flags))| step(body, values, flags)).collect::<Result<Vec<_>>>();
         let answers = self.exchange.agree(answers)?;
         let [own, other] = self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec());
         let mut forces = vec![0.0; self.n];
-        for (i, end) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+        for (i, _) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let source = if lead[i] == Lead::Multiplier { &own } else { &other };
-            let _ = end;
             forces[self.ranges[i].clone()].copy_from_slice(&source[self.ranges[i].clone()]);
         }
         Ok(forces)
@@ -163,13 +185,12 @@ impl<'a, B: Respond> Coupling<'a, B> {
         let received = self.exchange.swap(&out);
         let mut own = vec![0.0; self.n];
         let mut other = vec![0.0; self.n];
-        for (i, end) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+        for (i, _) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let range = self.ranges[i].clone();
             own[range.clone()].copy_from_slice(&mine[i]);
             if !matches!(self.exchange.partners[i], Partner::Rigid) {
                 other[range].copy_from_slice(&received[i]);
             }
-            let _ = end;
         }
         [own, other]
     }

@@ -4,8 +4,10 @@
 //! This module knows interface vectors, not physics. A body is a [`RespondAtNodes`] (or [`Respond`]): given contact forces it answers with
 //! displacements (force step, Neumann), given contact displacements it answers with forces (displacement step,
 //! Dirichlet). What to do with the two steps is a driver's business; [`alternation`] is the paper's.
-pub mod alternation;
 mod active_set;
+#[cfg(test)]
+mod active_set_tests;
+pub mod alternation;
 mod coarse;
 mod coupling;
 mod record;
@@ -13,15 +15,13 @@ mod respond;
 mod side;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod active_set_tests;
 mod verdict;
 pub mod weights;
 
 pub use active_set::{ActiveSet, Limits};
+pub use alternation::{Alternation, Outcome, Settings};
 pub use coarse::{Coarse, Projector};
 pub use coupling::{Coupling, End, Lead, PairRows, Steps};
-pub use alternation::{Alternation, Outcome, Settings};
 pub use respond::Respond;
 pub use side::{ContactNode, Side};
 pub use verdict::{Reason, Watch};

@@ -1,6 +1,6 @@
 //! The history of the active-set driver: a row per alternation.
 use super::{Coupling, Respond};
-use crate::output::HistoryRow;
+use crate::output::{HistoryRow, PairRow};
 use std::time::Instant;
 
 /// Gathers the history.
@@ -9,6 +9,7 @@ pub(super) struct Recorder {
     rows: Vec<HistoryRow>,
     count: usize,
     n_pairs: usize,
+    step: u64,
     last: Vec<f64>,
 }
 
@@ -25,8 +26,8 @@ pub(super) struct State<'a> {
 }
 
 impl Recorder {
-    pub fn new<B: Respond>(_coupling: &Coupling<B>, n_pairs: usize) -> Recorder {
-        Recorder { start: Instant::now(), rows: Vec::new(), count: 0, n_pairs, last: Vec::new() }
+    pub fn new(n_pairs: usize, step: u64) -> Recorder {
+        Recorder { start: Instant::now(), rows: Vec::new(), count: 0, n_pairs, step, last: Vec::new() }
     }
 
     /// Alternations so far.
@@ -63,20 +64,38 @@ impl Recorder {
         let sums = coupling.exchange.sum(sums.as_flattened());
         let maxima = coupling.exchange.max(maxima.as_flattened());
         let residuals: Vec<f64> = sums.chunks_exact(4).map(|s| s[0].sqrt()).collect();
-        let total = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let jump = total(&residuals);
-        let contraction = if self.last.is_empty() { f64::NAN } else { jump / total(&self.last) };
-        let relative = if state.scale > 0.0 { jump / state.scale } else { 0.0 };
-        self.last = residuals;
+        let contraction = |p: usize| self.last.get(p).map_or(f64::NAN, |last| residuals[p] / last);
+        let pairs: Vec<PairRow> = std::iter::zip(sums.chunks_exact(4), maxima.chunks_exact(2))
+            .enumerate()
+            .map(|(p, (s, m))| PairRow {
+                gap: m[1],
+                penetration: m[0],
+                active: s[1] as u64,
+                open: s[2] as u64,
+                flips: s[3] as u64,
+                // One force acts on both sides.
+                force_imbalance: 0.0,
+                contraction: contraction(p),
+            })
+            .collect();
+        let size = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let jump = size(&residuals);
         self.rows.push(HistoryRow {
+            step: self.step,
             alternation: self.count as u64,
-            displacement_jump: relative,
+            update: state.update as u64,
+            displacement_jump: if state.scale > 0.0 { jump / state.scale } else { 0.0 },
             force_imbalance: state.imbalance,
-            active: sums.chunks_exact(4).map(|s| s[1]).sum::<f64>() as u64,
-            contraction,
+            penetration: pairs.iter().map(|p| p.penetration).fold(0.0, f64::max),
+            gap: pairs.iter().map(|p| p.gap).fold(0.0, f64::max),
+            active: pairs.iter().map(|p| p.active).sum(),
+            open: pairs.iter().map(|p| p.open).sum(),
+            flips: pairs.iter().map(|p| p.flips).sum(),
+            contraction: if self.last.is_empty() { f64::NAN } else { jump / size(&self.last) },
             seconds: self.start.elapsed().as_secs_f64(),
+            pairs,
         });
-        let _ = (maxima, state.update);
+        self.last = residuals;
         self.rows.last().expect("a row was just added")
     }
 }

@@ -20,6 +20,14 @@ pub trait Respond {
     /// rows. Exact for a condensed body; a symmetric positive semi-definite approximation otherwise.
     fn displacement_step(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>>;
 
+    /// Unilateral displacement step: the compressive forces, N, of the body pressed against a rigid obstacle that leaves
+    /// the `chosen` rows the gap `gap` (negative: it is pushed in): R >= 0, C R + gap >= 0, R (C R + gap) = 0; the other
+    /// rows carry no force. `None` if the body has no such answer at hand, or free rigid modes.
+    fn unilateral_step(&mut self, gap: &[f64], chosen: &[bool]) -> Result<Option<Vec<f64>>> {
+        let _ = (gap, chosen);
+        Ok(None)
+    }
+
     /// Row displacements of each free rigid mode (modes x rows), m.
     fn modes(&self) -> &[Vec<f64>];
 

@@ -1,9 +1,6 @@
 //! Invariants every run must satisfy, measured on the run itself.
-use crate::{
-    body::Balance,
-    output::{self, PairTables},
-    parallel,
-};
+use super::found::EndFound;
+use crate::{body::Balance, output, parallel};
 use mpi::topology::SimpleCommunicator;
 
 /// Sum of a balance over the group.
@@ -20,11 +17,39 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
     }
 }
 
+/// No check made yet.
+pub(super) fn none() -> output::Checks {
+    output::Checks {
+        residual: 0.0,
+        equilibrium: 0.0,
+        virtual_work: 0.0,
+        tension: 0.0,
+        complementarity: 0.0,
+        action_reaction: 0.0,
+        penetration: 0.0,
+    }
+}
+
+/// The worse of each of two steps.
+pub(super) fn worst(a: output::Checks, b: output::Checks) -> output::Checks {
+    // A check that could not be made (not a number) must not be hidden.
+    let max = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
+    output::Checks {
+        residual: max(a.residual, b.residual),
+        equilibrium: max(a.equilibrium, b.equilibrium),
+        virtual_work: max(a.virtual_work, b.virtual_work),
+        tension: max(a.tension, b.tension),
+        complementarity: max(a.complementarity, b.complementarity),
+        action_reaction: max(a.action_reaction, b.action_reaction),
+        penetration: max(a.penetration, b.penetration),
+    }
+}
+
 /// The invariants of the run, each relative to its own scale. Collective.
 pub(super) fn checks(
     balances: &[Balance],
     pairs: &[output::PairSummary],
-    tables: &[PairTables],
+    ends: &[EndFound],
     world: &SimpleCommunicator,
 ) -> output::Checks {
     let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
@@ -35,7 +60,7 @@ pub(super) fn checks(
         worst[1] = worst[1].max(ratio(resultant, b.scale[0])).max(ratio(b.moment.abs(), b.scale[1]));
         worst[2] = worst[2].max(ratio((b.work[0] - b.work[1]).abs(), b.work[2].max(b.work[0].abs())));
     }
-    for side in tables.iter().flat_map(|t| t.sides.iter().flatten()) {
+    for side in ends.iter().filter(|end| end.counts).map(|end| &end.table) {
         let largest = side.pressure.iter().copied().fold(0.0, f64::max);
         let lowest = side.pressure.iter().copied().fold(0.0, f64::min);
         worst[3] = worst[3].max(ratio(-lowest, largest));

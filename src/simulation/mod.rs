@@ -1,26 +1,33 @@
 //! A run, from the checked case to the files: builds everything, calls everything, computes nothing itself.
+mod active;
 mod checks;
 mod fields;
-mod interface;
+mod found;
+mod outline;
 mod pairs;
 mod plan;
+mod relaxed;
+mod rows;
+mod text;
 
-pub use interface::Interface;
 pub use plan::{Plan, build_mesh};
+pub use relaxed::Interface;
 
 use crate::{
-    body::{Body, Compliance},
-    case::{Case, Driver, Weights},
+    body::{Body, LoadFactors},
+    case::{self, Case},
     error::{Error, Result},
-    output::{self, HistoryRow, Piece, Reason, ResultFile, RunInfo, Summary},
+    output::{self, HistoryRow, LoadStep, Piece, Reason, ResultFile, RunInfo, State, StepSummary, Summary},
     parallel::{self, Exchange, agree},
-    schwarz::{self, Alternation},
 };
-use checks::{checks, total};
+use active::{Active, Nodal};
+use checks::{checks, total, worst};
 use fields::{append, probe, start_fields};
-use interface::Contacts;
+use found::Found;
 use mpi::{topology::SimpleCommunicator, traits::*};
+use outline::outlines;
 use pairs::pair_results;
+use relaxed::Relaxed;
 use std::{path::Path, time::Instant};
 
 /// Runs a case and writes its results. Returns the summary (complete on world rank 0). Collective.
@@ -32,239 +39,358 @@ pub fn run(
 ) -> Result<Summary> {
     let start = Instant::now();
     output::prepare(world, directory)?;
-    let Interface { plan, mut bodies, mut compliances, contacts, pairing_seconds } =
-        Interface::new(case, world)?;
-    let groups = &plan.groups;
-    warn_of_unused_options(case, groups)?;
+    let (plan, mut engine) = Engine::new(case, world)?;
+    warn_of_unused_options(case, &plan.groups)?;
     let exchange = plan.exchange(case);
-    let mut seconds = [0.0; 6];
-    seconds[0] = pairing_seconds;
-    (seconds[1], seconds[2]) =
-        bodies.iter().fold((0.0, 0.0), |s, b| (s.0 + b.cost.assemble, s.1 + b.cost.factor));
-
-    // The alternation, on the first ranks of the groups; the others sleep.
-    let alternating = Instant::now();
-    let mut found = match &contacts {
-        Some(contacts) if !case.contacts.is_empty() => {
-            alternate(case, &mut compliances, contacts, &exchange, |row| {
-                if world.rank() == 0 {
-                    progress(row);
-                }
-            })
+    let mut run = Run::default();
+    let one = case::StepCase {
+        name: None,
+        loads: 1.0,
+        supports: 1.0,
+        temperature: 1.0,
+        origin: Default::default(),
+    };
+    let steps = if case.steps.is_empty() { std::slice::from_ref(&one) } else { &case.steps[..] };
+    for (i, step) in steps.iter().enumerate() {
+        let alternating = Instant::now();
+        let on_rank_zero = |row: &HistoryRow| {
+            if world.rank() == 0 {
+                progress(row);
+            }
+        };
+        let (found, nodal) = engine.step(case, &plan, &exchange, i as u64 + 1, step, on_rank_zero)?;
+        run.alternate += alternating.elapsed().as_secs_f64();
+        run.finish_step(case, &plan, engine.bodies(), found, &nodal, step)?;
+        // The steps after one that failed would start from nowhere.
+        if !run.reason.converged() {
+            break;
         }
-        _ => Ok(Found::none()),
-    };
-    parallel::idle_barrier(world);
-    found = agree(world, found);
-    let mut found = found?;
-    seconds[3] = alternating.elapsed().as_secs_f64();
-
-    // Interiors, stresses, balance.
-    let mut piece = Piece::default();
-    let heated = case.bodies.iter().any(|b| b.temperature.is_some());
-    start_fields(&mut piece, heated);
-    let mut balances = Vec::new();
-    let mut recovered = Vec::new();
-    let finished = bodies.iter_mut().enumerate().try_for_each(|(i, body)| {
-        let compliance = compliances.get(i);
-        let force = found.rows.get(i).map_or(&[][..], Vec::as_slice);
-        let contact = spread(body, &groups.group, &plan, groups.bodies()[i], compliance, force);
-        let owned = body.solve(&groups.group, &contact)?;
-        let u = body.with_ghosts(&groups.group, &owned)?;
-        let (fields, balance) = agree(&groups.group, body.recover(&u, &contact))?;
-        append(&mut piece, body, &fields, groups.bodies()[i], heated);
-        balances.push(total(&groups.group, &balance));
-        recovered.push(fields);
-        Ok(())
-    });
-    agree(world, finished)?;
-    let probes = probe(case, &plan, &bodies, &recovered, world)?;
-
-    // The verdict and the files.
-    let writing = Instant::now();
-    let mut warnings = Vec::new();
-    let (pairs, tables, beyond) = pair_results(case, &plan, &contacts, &found, world, &mut warnings);
-    if found.reason.converged() && beyond {
-        found.reason = Reason::Penetration;
     }
-    let checks = checks(&balances, &pairs, &tables, world);
-    let header = share_outcome(world, found.reason, &found.history);
-    let info = RunInfo {
-        case: case.name.clone(),
-        title: case.title.clone(),
-        variant: case.variant.clone(),
-        text: case.text.clone(),
-        units: case.units,
-        analysis: case.analysis,
-        bodies: case.bodies.iter().map(|b| b.name.clone()).collect(),
-        reason: header.0,
-        alternations: header.1,
-        tolerance: case.alternation.tolerance,
-        steps: None,
-    };
+    let writing = Instant::now();
+    let info = run.info(case, world);
     let file = directory.join(output::RESULT);
+    let before = if case.steps.is_empty() { &[][..] } else { &run.before };
     let result =
-        ResultFile { piece: &piece, pairs: &tables, before: &[], history: &found.history, run: &info };
+        ResultFile { piece: &run.piece, pairs: &run.pairs, before, history: &run.history, run: &info };
     remove_old_summary(world, directory)?;
     output::write(world, &file, &result)?;
     let drawn = if world.rank() == 0 { draw(case, &file, directory) } else { Ok(()) };
     agree(world, drawn)?;
-    seconds[4] = writing.elapsed().as_secs_f64();
-    seconds[5] = start.elapsed().as_secs_f64();
-    let seconds = parallel::max(world, &seconds);
-    let summary = Summary {
-        schema: Summary::SCHEMA,
-        kontakt: env!("CARGO_PKG_VERSION").into(),
-        case: case.name.clone(),
-        variant: case.variant.clone(),
-        converged: info.converged(),
-        reason: info.reason,
-        driver: output::Driver::Relaxed,
-        transfer: output::Transfer::Pointwise,
-        alternations: info.alternations,
-        updates: 0,
-        // One more: without contact forces, to begin with.
-        force_steps: info.alternations + u64::from(!case.contacts.is_empty()),
-        displacement_steps: info.alternations,
-        tolerance: case.alternation.tolerance,
-        residual: checks.residual,
-        ranks: world.size() as usize,
-        bodies: body_summaries(case, &plan, &bodies, &compliances, world),
-        free_modes: Vec::new(),
-        pairs,
-        probes,
-        steps: None,
-        checks,
-        seconds: output::Seconds {
-            setup: seconds[0],
-            search: 0.0,
-            assemble: seconds[1],
-            factor: seconds[2],
-            condense: 0.0,
-            alternate: seconds[3],
-            write: seconds[4],
-            total: seconds[5],
-        },
-        peak_memory_mb: parallel::sum(world, &[peak_memory_mb()])[0],
-        warnings,
-        diagnosis: Vec::new(),
-    };
+    let clock = [writing.elapsed().as_secs_f64(), start.elapsed().as_secs_f64()];
+    let summary = run.summary(case, &plan, &engine, &info, clock);
     let written = if world.rank() == 0 { summary.write(&directory.join(output::SUMMARY)) } else { Ok(()) };
     agree(world, written)?;
     Ok(summary)
 }
 
-/// What the alternation found, on the first rank of a group; empty elsewhere.
-struct Found {
-    reason: Reason,
-    history: Vec<HistoryRow>,
-    states: Vec<schwarz::alternation::SideState>,
-    /// Per body, per row: compressive normal force, N.
-    rows: Vec<Vec<f64>>,
-    gap_threshold: f64,
+/// The driver of the case with all it works on.
+enum Engine {
+    Active(Box<Active>),
+    Relaxed(Box<Relaxed>),
 }
 
-impl Found {
-    fn none() -> Found {
-        let reason = Reason::NoContact;
-        Found { reason, history: Vec::new(), states: Vec::new(), rows: Vec::new(), gap_threshold: 0.0 }
-    }
-}
-
-fn alternate(
-    case: &Case,
-    bodies: &mut [Compliance],
-    contacts: &Contacts,
-    exchange: &Exchange,
-    progress: impl FnMut(&HistoryRow),
-) -> Result<Found> {
-    let weights = match case.alternation.driver {
-        Driver::Relaxed(weights) => weights,
-        Driver::ActiveSet => Weights::Response,
-    };
-    let settings = schwarz::Settings {
-        weights,
-        tolerance: case.alternation.tolerance,
-        max_alternations: case.alternation.max_alternations,
-    };
-    let n_bodies = bodies.len();
-    let mut alternation = Alternation::new(bodies, &contacts.sides, exchange, settings)?;
-    let outcome = alternation.run(progress)?;
-    let mut rows = vec![Vec::new(); n_bodies];
-    for (side, state) in std::iter::zip(&contacts.sides, &alternation.states) {
-        let rows: &mut Vec<f64> = &mut rows[side.body];
-        rows.extend(&state.force);
-    }
-    Ok(Found {
-        reason: outcome.reason,
-        history: outcome.history,
-        gap_threshold: alternation.gap_threshold,
-        states: alternation.states,
-        rows,
-    })
-}
-
-/// Contact forces of a body at this rank's owned nodes, N, from the group's first rank. Collective on the group.
-fn spread(
-    body: &Body,
-    group: &SimpleCommunicator,
-    plan: &Plan,
-    index: usize,
-    compliance: Option<&Compliance>,
-    force: &[f64],
-) -> Vec<f64> {
-    let mut vectors = compliance.map_or_else(Vec::new, |c| c.forces(force).as_flattened().to_vec());
-    parallel::broadcast(group, 0, &mut vectors);
-    let (dim, first) = (body.dim(), body.part.first_owned);
-    let mut owned = vec![0.0; body.part.n_owned * dim];
-    let nodes = std::iter::zip(&plan.surfaces, &plan.ends).filter(|(_, end)| end.2 == index);
-    for (node, f) in std::iter::zip(nodes.flat_map(|(s, _)| &s.nodes), vectors.chunks_exact(3)) {
-        let global = body.numbering.new_of_old[*node as usize] as usize;
-        if (first..first + body.part.n_owned).contains(&global) {
-            (0..dim).for_each(|c| owned[(global - first) * dim + c] += f[c]);
+impl Engine {
+    fn new(case: &Case, world: &SimpleCommunicator) -> Result<(Plan, Engine)> {
+        match case.alternation.driver {
+            case::Driver::Relaxed(weights) => {
+                if let Some(step) = case.steps.first() {
+                    return Err(step.origin.error("load steps need driver = \"active set\""));
+                }
+                let (plan, relaxed) = Relaxed::new(case, world, weights)?;
+                Ok((plan, Engine::Relaxed(Box::new(relaxed))))
+            }
+            case::Driver::ActiveSet => {
+                let plan = Plan::new(case, world)?;
+                let active = Active::new(case, &plan, &plan.exchange(case))?;
+                Ok((plan, Engine::Active(Box::new(active))))
+            }
         }
     }
-    owned
+
+    fn step(
+        &mut self,
+        case: &Case,
+        plan: &Plan,
+        exchange: &Exchange,
+        number: u64,
+        step: &case::StepCase,
+        progress: impl FnMut(&HistoryRow),
+    ) -> Result<(Found, Vec<Nodal>)> {
+        let factors =
+            LoadFactors { loads: step.loads, supports: step.supports, temperature: step.temperature };
+        match self {
+            Engine::Active(active) => active.step(case, plan, exchange, number, factors, progress),
+            Engine::Relaxed(relaxed) => relaxed.step(case, plan, exchange, progress),
+        }
+    }
+
+    fn bodies(&self) -> &[Body] {
+        match self {
+            Engine::Active(active) => &active.bodies,
+            Engine::Relaxed(relaxed) => &relaxed.bodies,
+        }
+    }
 }
 
-/// Rank 0's verdict and number of alternations, known to all. Rank 0 is always a group's first rank. Collective.
-fn share_outcome(world: &SimpleCommunicator, reason: Reason, history: &[HistoryRow]) -> (Reason, u64) {
+/// What the steps so far have given.
+struct Run {
+    /// Of the last step; the same on all ranks.
+    reason: Reason,
+    piece: Piece,
+    pairs: Vec<output::PairTables>,
+    before: Vec<State>,
+    history: Vec<HistoryRow>,
+    steps: Vec<StepSummary>,
+    free_modes: Vec<String>,
+    checks: output::Checks,
+    counts: [u64; 4],
+    warnings: Vec<String>,
+    diagnosis: Vec<String>,
+    alternate: f64,
+}
+
+impl Default for Run {
+    fn default() -> Self {
+        Run {
+            reason: Reason::NoContact,
+            piece: Piece::default(),
+            pairs: Vec::new(),
+            before: Vec::new(),
+            history: Vec::new(),
+            steps: Vec::new(),
+            free_modes: Vec::new(),
+            checks: checks::none(),
+            counts: [0; 4],
+            warnings: Vec::new(),
+            diagnosis: Vec::new(),
+            alternate: 0.0,
+        }
+    }
+}
+
+impl Run {
+    /// Interiors, stresses, balance, pairs and verdict of a step. Collective.
+    fn finish_step(
+        &mut self,
+        case: &Case,
+        plan: &Plan,
+        bodies: &[Body],
+        mut found: Found,
+        nodal: &[Nodal],
+        step: &case::StepCase,
+    ) -> Result<()> {
+        let (world, groups) = (&plan.groups.world, &plan.groups);
+        let mut piece = Piece::default();
+        let heated = case.bodies.iter().any(|b| b.temperature.is_some());
+        start_fields(&mut piece, heated);
+        let (mut balances, mut recovered) = (Vec::new(), Vec::new());
+        let finished = std::iter::zip(bodies, nodal).enumerate().try_for_each(|(i, (body, nodal))| {
+            let u = body.with_ghosts(&groups.group, &nodal.displacement)?;
+            let (fields, balance) = agree(&groups.group, body.recover(&u, &nodal.contact))?;
+            append(&mut piece, body, &fields, groups.bodies()[i], heated);
+            balances.push(total(&groups.group, &balance));
+            recovered.push(fields);
+            Ok(())
+        });
+        agree(world, finished)?;
+        let probes = probe(case, plan, bodies, &recovered, world)?;
+        let (pairs, tables, beyond) = pair_results(case, &found, world, &mut self.warnings);
+        if found.reason.converged() && beyond {
+            found.reason = Reason::Penetration;
+        }
+        self.checks = worst(self.checks, checks(&balances, &pairs, &found.ends, world));
+        let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
+        let counts = share_outcome(world, &mut found.reason, counts);
+        self.reason = found.reason;
+        std::iter::zip(&mut self.counts, counts).for_each(|(sum, n)| *sum += n);
+        if !self.steps.is_empty() {
+            let old = std::mem::take(&mut self.piece);
+            let pairs = std::mem::take(&mut self.pairs);
+            self.before.push(State { point_fields: old.point_fields, cell_fields: old.cell_fields, pairs });
+        }
+        let summary = LoadStep {
+            name: step.name.clone(),
+            loads: step.loads,
+            supports: step.supports,
+            temperature: step.temperature,
+            reason: found.reason,
+            alternations: counts[0],
+            updates: counts[1],
+        };
+        self.steps.push(StepSummary::new(&summary, pairs, probes));
+        (self.piece, self.pairs, self.free_modes) = (piece, tables, found.free_modes);
+        self.history.append(&mut found.history);
+        self.warnings.append(&mut found.warnings);
+        self.diagnosis.append(&mut found.diagnosis);
+        Ok(())
+    }
+
+    /// What was run. Collective.
+    fn info(&self, case: &Case, world: &SimpleCommunicator) -> RunInfo {
+        let steps = self.steps.iter().map(|s| LoadStep {
+            name: s.name.clone(),
+            loads: s.loads,
+            supports: s.supports,
+            temperature: s.temperature,
+            reason: s.reason,
+            alternations: s.alternations,
+            updates: s.updates,
+        });
+        let supports = self.steps.last().map_or(1.0, |step| step.supports);
+        RunInfo {
+            case: case.name.clone(),
+            title: case.title.clone(),
+            variant: case.variant.clone(),
+            text: case.text.clone(),
+            units: case.units,
+            analysis: case.analysis,
+            bodies: case.bodies.iter().map(|b| b.name.clone()).collect(),
+            reason: self.reason,
+            alternations: self.counts[0],
+            tolerance: case.alternation.tolerance,
+            steps: (!case.steps.is_empty()).then(|| steps.collect()),
+            rigid: outlines(case, &self.piece.points, supports, world),
+        }
+    }
+
+    /// The run in numbers. `clock`: seconds of writing, and in all. Collective.
+    fn summary(self, case: &Case, plan: &Plan, engine: &Engine, info: &RunInfo, clock: [f64; 2]) -> Summary {
+        let world = &plan.groups.world;
+        let search = match engine {
+            Engine::Active(active) => active.search_seconds,
+            Engine::Relaxed(relaxed) => relaxed.search_seconds,
+        };
+        let sum = |f: fn(crate::body::Cost) -> f64| engine.bodies().iter().map(|b| f(b.cost())).sum::<f64>();
+        let seconds = [
+            plan.seconds,
+            search,
+            sum(|c| c.assemble),
+            sum(|c| c.factor),
+            sum(|c| c.interface),
+            self.alternate,
+            clock[0],
+            clock[1],
+        ];
+        let s = parallel::max(world, &seconds);
+        let last = self.steps.last();
+        let free_modes = self.free_modes.iter().filter_map(|line| line.split_once('\t'));
+        Summary {
+            schema: Summary::SCHEMA,
+            kontakt: env!("CARGO_PKG_VERSION").into(),
+            case: case.name.clone(),
+            variant: case.variant.clone(),
+            converged: info.converged(),
+            reason: info.reason,
+            driver: match engine {
+                Engine::Active(_) => output::Driver::ActiveSet,
+                Engine::Relaxed(_) => output::Driver::Relaxed,
+            },
+            transfer: match case.alternation.transfer {
+                case::Transfer::Mortar => output::Transfer::Mortar,
+                case::Transfer::Pointwise => output::Transfer::Pointwise,
+            },
+            alternations: self.counts[0],
+            updates: self.counts[1],
+            force_steps: self.counts[2],
+            displacement_steps: self.counts[3],
+            tolerance: case.alternation.tolerance,
+            residual: self.checks.residual,
+            ranks: world.size() as usize,
+            bodies: body_summaries(case, plan, engine, world),
+            free_modes: free_modes
+                .map(|(body, mode)| output::FreeMode { body: body.into(), mode: mode.into() })
+                .collect(),
+            pairs: last.map_or_else(Vec::new, |s| s.pairs.clone()),
+            probes: last.map_or_else(Vec::new, |s| s.probes.clone()),
+            steps: (!case.steps.is_empty()).then(|| self.steps.clone()),
+            checks: self.checks,
+            seconds: output::Seconds {
+                setup: s[0],
+                search: s[1],
+                assemble: s[2],
+                factor: s[3],
+                condense: s[4],
+                alternate: s[5],
+                write: s[6],
+                total: s[7],
+            },
+            peak_memory_mb: parallel::sum(world, &[peak_memory_mb()])[0],
+            warnings: self.warnings,
+            diagnosis: self.diagnosis,
+        }
+    }
+}
+
+/// Rank 0's verdict and counts, known to all. Rank 0 is always a group's first rank. Collective.
+fn share_outcome(world: &SimpleCommunicator, reason: &mut Reason, mut counts: [u64; 4]) -> [u64; 4] {
     let root = world.process_at_rank(0);
-    let mut code = Reason::ALL.iter().position(|r| *r == reason).unwrap_or(0) as u64;
-    let mut alternations = history.len() as u64;
+    let mut code = Reason::ALL.iter().position(|r| r == reason).unwrap_or(0) as u64;
     root.broadcast_into(&mut code);
-    root.broadcast_into(&mut alternations);
-    (Reason::ALL[code as usize], alternations)
+    root.broadcast_into(&mut counts[..]);
+    *reason = Reason::ALL[code as usize];
+    counts
 }
 
 fn body_summaries(
     case: &Case,
     plan: &Plan,
-    bodies: &[Body],
-    compliances: &[Compliance],
+    engine: &Engine,
     world: &SimpleCommunicator,
 ) -> Vec<output::BodySummary> {
-    let mut counts = vec![[0.0; 2]; case.bodies.len()];
+    const N: usize = 5;
+    let mut counts = vec![[0.0; N]; case.bodies.len()];
     for (i, &b) in plan.groups.bodies().iter().enumerate() {
         if plan.groups.is_root() {
-            counts[b] = [bodies[i].cost.factorisations as f64, compliances[i].factorisations as f64];
+            let body = &engine.bodies()[i];
+            let cost = body.cost();
+            let condensed = match engine {
+                Engine::Active(_) => body.is_condensed(),
+                // Its compliance is made by solves, but it answers by dense algebra.
+                Engine::Relaxed(_) => true,
+            };
+            let dense = match engine {
+                Engine::Active(_) => cost.interface_factorisations,
+                Engine::Relaxed(relaxed) => relaxed.compliances[i].factorisations,
+            };
+            counts[b] = [
+                cost.factorisations as f64,
+                dense as f64,
+                f64::from(u8::from(condensed)),
+                (body.interface.nodes.len() * body.dim()) as f64,
+                cost.solves as f64,
+            ];
         }
     }
     let counts = parallel::sum(world, counts.as_flattened());
     case.bodies
         .iter()
+        .zip(counts.chunks_exact(N))
         .enumerate()
-        .map(|(b, body)| output::BodySummary {
+        .map(|(b, (body, counts))| output::BodySummary {
             name: body.name.clone(),
             dofs: plan.dofs[b] as u64,
             ranks: plan.groups.shares[plan.groups.group_of(b)].ranks.len(),
-            factorisations: counts[2 * b] as u64,
-            interface_factorisations: counts[2 * b + 1] as u64,
-            response: output::Response::Condensed,
-            interface_dofs: 0,
-            solves: 0,
+            factorisations: counts[0] as u64,
+            interface_factorisations: counts[1] as u64,
+            response: if counts[2] > 0.5 { output::Response::Condensed } else { output::Response::Solver },
+            interface_dofs: counts[3] as u64,
+            solves: counts[4] as u64,
         })
         .collect()
+}
+
+/// A body's own PETSc options under its prefix: `-ksp_type cg` becomes `-body_<name>_ksp_type cg`.
+fn prefixed(options: &str, name: &str) -> String {
+    options
+        .split_whitespace()
+        .map(|word| match word.strip_prefix('-') {
+            Some(option) if option.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                format!("-{}{option}", crate::body::options_prefix(name))
+            }
+            _ => word.to_owned(),
+        })
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// PETSc options with a body's prefix that its solver did not ask for are most likely misspelt.

@@ -1,19 +1,20 @@
 //! Contact pairs in numbers, and their tables along the surface.
-use super::{Found, Plan, interface::Contacts};
+use super::found::{EndFound, Found};
 use crate::{
     case::{Case, ContactCase},
-    contact::{Surface, vector::dot},
-    output::{self, PairTables, SideTable},
+    output::{self, PairSide, PairTables, SideTable, mean_contraction},
     parallel,
-    schwarz::{self, Side},
 };
 use mpi::topology::SimpleCommunicator;
 
-/// Summaries and tables of the pairs, and whether a node beyond the search distance penetrates. Collective.
+/// Sums over the ends of a pair.
+const SUMS: usize = 14;
+/// Maxima over the ends of a pair.
+const MAXIMA: usize = 5;
+
+/// Summaries and tables of the pairs, and whether a node beyond the candidates penetrates. Collective.
 pub(super) fn pair_results(
     case: &Case,
-    plan: &Plan,
-    contacts: &Option<Contacts>,
     found: &Found,
     world: &SimpleCommunicator,
     warnings: &mut Vec<String>,
@@ -27,45 +28,11 @@ pub(super) fn pair_results(
         .iter()
         .map(|c| PairTables { name: c.name.clone(), surfaces: names(c), sides: [None, None] })
         .collect();
-    // Per pair: sums over the ranks of what each side contributes, and maxima.
-    let mut sums = vec![[0.0; 12]; case.contacts.len()];
-    let mut maxima = vec![[0.0_f64; 5]; case.contacts.len()];
-    if let Some(contacts) = contacts {
-        for (i, (side, state)) in std::iter::zip(&contacts.sides, &found.states).enumerate() {
-            let surface = &plan.surfaces[i];
-            let table = side_table(surface, side, state);
-            let sum = &mut sums[side.pair];
-            let max = &mut maxima[side.pair];
-            let column = usize::from(!side.first);
-            for f in &table.force {
-                (0..3).for_each(|c| sum[3 * column + c] += f[c]);
-            }
-            if side.first {
-                let moment = |(x, f): (&[f64; 3], &[f64; 3])| x[0] * f[1] - x[1] * f[0];
-                sum[11] = std::iter::zip(&table.x, &table.force).map(moment).sum();
-                sum[6] += state.force.iter().sum::<f64>();
-                sum[7] = contact_length(&table);
-            }
-            sum[8] += state.active.iter().filter(|a| **a).count() as f64;
-            sum[9] += side.nodes.len() as f64;
-            let touching = std::iter::zip(&side.nodes, &state.active).filter(|(_, active)| **active);
-            let unmatched = touching.filter(|(node, _)| node.conjugate.terms.len() > 1).count();
-            sum[10] += unmatched as f64;
-            max[0] = table.pressure.iter().copied().fold(max[0], f64::max);
-            max[1] = state.gap.iter().map(|g| -g).fold(max[1], f64::max);
-            for (k, node) in side.nodes.iter().enumerate() {
-                let pressure = state.force[k] / surface.weights[node.node];
-                let travel = dot(&node.conjugate.normal, &state.displacement[node.node]).abs();
-                max[3] = max[3].max((pressure * state.gap[k]).abs());
-                max[4] = max[4].max(state.gap[k].abs()).max(node.conjugate.gap.abs()).max(travel);
-            }
-            for node in &contacts.beyond[i] {
-                let other = Side::vector_at_conjugate(node, &state.other_displacement);
-                let approach = crate::contact::vector::sub(&state.displacement[node.node], &other);
-                max[2] = max[2].max(dot(&node.conjugate.normal, &approach) - node.conjugate.gap);
-            }
-            tables[side.pair].sides[column] = Some(table);
-        }
+    let mut sums = vec![[0.0; SUMS]; case.contacts.len()];
+    let mut maxima = vec![[0.0_f64; MAXIMA]; case.contacts.len()];
+    for end in &found.ends {
+        add(end, &mut sums[end.pair], &mut maxima[end.pair]);
+        tables[end.pair].sides[end.side] = Some(end.table.clone());
     }
     let sums = parallel::sum(world, sums.as_flattened());
     let maxima = parallel::max(world, maxima.as_flattened());
@@ -76,33 +43,37 @@ pub(super) fn pair_results(
         .iter()
         .enumerate()
         .map(|(p, contact)| {
-            let (s, m) = (&sums[12 * p..12 * p + 12], &maxima[5 * p..5 * p + 5]);
+            let (s, m) = (&sums[SUMS * p..][..SUMS], &maxima[MAXIMA * p..][..MAXIMA]);
             beyond |= m[2] > threshold;
             let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             let together: Vec<f64> = (0..3).map(|c| s[c] + s[3 + c]).collect();
             let scale = size(&s[..3]) + size(&s[3..6]);
-            let force_imbalance = if scale > 0.0 { size(&together) / scale } else { 0.0 };
+            // A rigid surface has no nodes to take the reaction.
+            let both = contact.surfaces.iter().all(|s| s.body.deformable().is_some());
+            let force_imbalance = if both && scale > 0.0 { size(&together) / scale } else { 0.0 };
             if s[10] > 0.0 {
                 warnings.push(format!(
                     "contact '{}': the nodes of the two surfaces do not match; the pointwise transfer of nodal forces is \
-                     wrong there (force imbalance {force_imbalance:.2e}): match the meshes at the interface",
+                     wrong there (force imbalance {force_imbalance:.2e}): use transfer = \"mortar\", or match the meshes",
                     contact.name
                 ));
             }
+            // Of a rigid side A the force is the reaction to side B's.
+            let own = contact.surfaces[0].body.deformable().is_some();
+            let resultant = |c: usize| if own { s[c] } else { -s[3 + c] };
+            let history = found.history.iter().filter_map(|row| row.pairs.get(p));
             output::PairSummary {
                 name: contact.name.clone(),
                 normal_force: s[6],
-                resultant: s[..2].to_vec(),
-                moment: s[11],
-                multiplier_side: output::PairSide::A,
+                resultant: vec![resultant(0), resultant(1)],
+                moment: if own { s[11] } else { -s[12] },
+                multiplier_side: if s[13] > 0.0 { PairSide::B } else { PairSide::A },
                 max_pressure: m[0],
                 contact_length: s[7],
                 max_penetration: m[1],
                 force_imbalance,
                 complementarity: if m[0] * m[4] > 0.0 { m[3] / (m[0] * m[4]) } else { 0.0 },
-                contraction: output::mean_contraction(
-                    found.history.iter().filter_map(|row| row.pairs.get(p)).map(|pair| pair.contraction),
-                ),
+                contraction: mean_contraction(history.map(|row| row.contraction)),
                 active: s[8] as u64,
                 open: (s[9] - s[8]) as u64,
                 candidates: s[9] as u64,
@@ -112,32 +83,32 @@ pub(super) fn pair_results(
     (pairs, tables, beyond)
 }
 
-fn side_table(surface: &Surface, side: &Side, state: &schwarz::alternation::SideState) -> SideTable {
-    let n = surface.nodes.len();
-    let mut table = SideTable {
-        s: surface.s.clone(),
-        x: surface.points.clone(),
-        normal: surface.normals.clone(),
-        gap: vec![f64::NAN; n],
-        pressure: vec![0.0; n],
-        force: vec![[0.0; 3]; n],
-        status: vec![0; n],
-    };
-    for (k, node) in side.nodes.iter().enumerate() {
-        let i = node.node;
-        table.normal[i] = node.conjugate.normal;
-        table.gap[i] = state.gap[k];
-        table.pressure[i] = state.force[k] / surface.weights[i];
-        table.force[i] = node.conjugate.normal.map(|c| -state.force[k] * c);
-        table.status[i] = if state.active[k] { 2 } else { 1 };
+fn add(end: &EndFound, sum: &mut [f64; SUMS], max: &mut [f64; MAXIMA]) {
+    for (x, f) in std::iter::zip(&end.table.x, &end.table.force) {
+        (0..3).for_each(|c| sum[3 * end.side + c] += f[c]);
+        sum[11 + end.side] += x[0] * f[1] - x[1] * f[0];
     }
-    table
+    if end.counts {
+        sum[6] += end.normal_force;
+        sum[7] += contact_length(&end.table);
+        max[0] = end.table.pressure.iter().copied().fold(max[0], f64::max);
+    }
+    if end.multiplier {
+        sum[13] += end.side as f64;
+    }
+    sum[8] += end.active as f64;
+    sum[9] += end.candidates as f64;
+    sum[10] += end.unmatched as f64;
+    max[1] = max[1].max(end.penetration);
+    max[2] = max[2].max(end.beyond);
+    max[3] = max[3].max(end.complementarity[0]);
+    max[4] = max[4].max(end.complementarity[1]);
 }
 
 /// Length in contact, m: between the zeros of the pressure. At a smooth edge p^2 is linear in the distance from the
 /// edge, so the zero is extrapolated from the last two nodes in contact; it lies between the last node in contact
 /// and the first open one.
-fn contact_length(table: &SideTable) -> f64 {
+pub(super) fn contact_length(table: &SideTable) -> f64 {
     let (s, p) = (&table.s, &table.pressure);
     let touches = |i: usize| table.status[i] == 2;
     let edge = |inside: usize, next: usize, open: Option<usize>| {

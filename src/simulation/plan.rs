@@ -1,7 +1,7 @@
 //! Before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
 use crate::{
     body::find_facets,
-    case::{BodyRef, Case, Geometry},
+    case::{BodyRef, Case, Driver, Geometry, RigidShape},
     contact::Surface,
     error::{Error, Result},
     mesh::{self, Mesh},
@@ -21,6 +21,10 @@ pub struct Plan {
     pub(super) surfaces: Vec<Surface>,
     /// Per surface: pair, side (0: A), body index in the case.
     pub(super) ends: Vec<(usize, usize, usize)>,
+    /// Bodies of the case that supports do not hold.
+    floating: Vec<bool>,
+    /// Wall seconds it took.
+    pub(super) seconds: f64,
 }
 
 /// Builds a body's mesh.
@@ -38,18 +42,11 @@ pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// Index of a deformable body; rigid ones are read, but not solved with yet.
-pub(super) fn deformable(body: BodyRef) -> Result<usize> {
-    body.deformable().ok_or_else(|| Error::internal("contact with a rigid body is not implemented yet"))
-}
-
 impl Plan {
     /// Meshes the bodies, deals the ranks, finds the contact surfaces, and refuses what cannot be solved. Collective.
     pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<Plan> {
+        let start = std::time::Instant::now();
         let (rank, size) = (world.rank() as usize, world.size() as usize);
-        for body in case.contacts.iter().flat_map(|c| &c.surfaces).map(|s| s.body) {
-            deformable(body)?;
-        }
         // Body b is meshed first by rank b mod P, only to know its size.
         let mut counts = vec![0.0; case.bodies.len()];
         let mut known: Vec<Option<Mesh>> = vec![None; case.bodies.len()];
@@ -67,18 +64,24 @@ impl Plan {
             None => build_mesh(&case.bodies[b].geometry),
         });
         let meshes = agree(world, meshes.collect::<Result<Vec<Mesh>>>())?;
-        let mut plan = Plan { dofs, groups, meshes, surfaces: Vec::new(), ends: Vec::new() };
+        let floating = vec![false; case.bodies.len()];
+        let mut plan =
+            Plan { dofs, groups, meshes, surfaces: Vec::new(), ends: Vec::new(), floating, seconds: 0.0 };
         let found = plan.find_surfaces(case);
         agree(world, found)?;
-        let restrained = plan.refuse_free_bodies(case);
-        agree(world, restrained)?;
+        if let Driver::Relaxed(_) = case.alternation.driver {
+            let restrained = plan.refuse_free_bodies(case);
+            agree(world, restrained)?;
+        }
+        plan.find_floating_bodies(case)?;
+        plan.seconds = start.elapsed().as_secs_f64();
         Ok(plan)
     }
 
     fn find_surfaces(&mut self, case: &Case) -> Result<()> {
         for (p, contact) in case.contacts.iter().enumerate() {
             for (side, name) in contact.surfaces.iter().enumerate() {
-                let index = deformable(name.body)?;
+                let Some(index) = name.body.deformable() else { continue };
                 let Some(i) = self.groups.bodies().iter().position(|&b| b == index) else { continue };
                 let body = &case.bodies[index].name;
                 let facets =
@@ -101,7 +104,7 @@ impl Plan {
                     .iter()
                     .any(|c| c.surfaces.iter().any(|s| s.body == BodyRef::Deformable(b)))
                 {
-                    "is held by nothing but contact, which this version cannot solve"
+                    "is held by nothing but contact, which the relaxed driver cannot solve (driver = \"active set\" can)"
                 } else {
                     "is not held by its supports"
                 };
@@ -114,6 +117,65 @@ impl Plan {
             }
         }
         Ok(())
+    }
+
+    /// Which bodies supports do not hold, over all ranks. Collective.
+    fn find_floating_bodies(&mut self, case: &Case) -> Result<()> {
+        let mut found = vec![0.0; case.bodies.len()];
+        let own = std::iter::zip(self.groups.bodies(), &self.meshes).try_for_each(|(&b, mesh)| {
+            let constraints = crate::body::Constraints::new(&case.bodies[b], mesh)?;
+            found[b] = f64::from(u8::from(!crate::body::free_motions(mesh, &constraints).is_empty()));
+            Ok(())
+        });
+        agree(&self.groups.world, own)?;
+        self.floating = parallel::max(&self.groups.world, &found).iter().map(|f| *f > 0.5).collect();
+        Ok(())
+    }
+
+    /// True if supports do not hold one of the pair's bodies.
+    pub(super) fn floating(&self, case: &Case, pair: usize) -> bool {
+        let bodies = case.contacts[pair].surfaces.iter().filter_map(|s| s.body.deformable());
+        bodies.into_iter().any(|b| self.floating[b])
+    }
+
+    /// The deformable body on the other side of an end's pair.
+    pub(super) fn other_body(&self, case: &Case, pair: usize, side: usize) -> usize {
+        case.contacts[pair].surfaces[1 - side]
+            .body
+            .deformable()
+            .expect("the relaxed driver takes no rigid bodies")
+    }
+
+    /// Place of a body of the case among this group's.
+    pub(super) fn place(&self, body: usize) -> usize {
+        self.groups.bodies().iter().position(|&b| b == body).expect("the body is this group's")
+    }
+
+    /// The surface of a rigid side of a pair; `None` if the side is deformable.
+    pub(super) fn rigid_surface(&self, case: &Case, pair: usize, side: usize) -> Option<Surface> {
+        let BodyRef::Rigid(i) = case.contacts[pair].surfaces[side].body else { return None };
+        let xy = |p: &[f64; 3]| [p[0], p[1]];
+        Some(match &case.rigid[i].shape {
+            RigidShape::Plane { through, normal } => {
+                // Long enough for the other surface wherever it lies.
+                let end = self.ends.iter().position(|e| (e.0, e.1) == (pair, 1 - side));
+                let reach = end.map_or(1.0, |e| {
+                    let surface = &self.surfaces[e];
+                    let far = surface.points.iter().map(|p| {
+                        let d = crate::contact::vector::sub(p, through);
+                        crate::contact::vector::norm(&d)
+                    });
+                    far.fold(0.0, f64::max) + surface.extent()
+                });
+                Surface::rigid_plane(xy(through), xy(normal), 2.0 * reach)
+            }
+            RigidShape::Circle { center, radius, inside } => {
+                Surface::rigid_circle(xy(center), *radius, *inside)
+            }
+            RigidShape::Polyline { points } => {
+                Surface::rigid_polyline(&points.iter().map(xy).collect::<Vec<_>>())
+            }
+        })
     }
 
     /// Number of nodes of each pair's surfaces, over all ranks: what may touch. Collective.
@@ -145,7 +207,7 @@ impl Plan {
             .iter()
             .map(|&(pair, side, _)| {
                 let other = case.contacts[pair].surfaces[1 - side].body;
-                let other = other.deformable().expect("rigid bodies were refused");
+                let Some(other) = other.deformable() else { return Partner::Rigid };
                 let group = self.groups.group_of(other);
                 if group == self.groups.own {
                     let here = self.ends.iter().position(|e| (e.0, e.1) == (pair, 1 - side));

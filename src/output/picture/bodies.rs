@@ -3,7 +3,7 @@ use super::colour::ColourScale;
 use super::scale::{Ticks, Unit, number};
 use super::scene::Scene;
 use super::view::{View, Window};
-use super::{FONT, INK, failed, title};
+use super::{FONT, INK, failed, title_of_last_step};
 use crate::case::{OutputCase, StressComponent, Units};
 use crate::error::Result;
 use crate::output::Results;
@@ -39,7 +39,7 @@ pub(super) fn draw(results: &Results, style: &OutputCase) -> Result<Option<Vec<u
     let magnification = style.magnification.unwrap_or_else(|| scene.magnification());
     let window = match style.window {
         Some([low, high]) => Window { low, high },
-        None => scene.bounds(magnification).widened(0.03),
+        None => scene.window(magnification),
     };
     let zoom = contact_window(results, &scene, &window);
     let panels = arrange(window, magnification, zoom);
@@ -66,7 +66,7 @@ fn contact_window(results: &Results, scene: &Scene, window: &Window) -> Option<W
     let active = tables.flat_map(|side| side.x.iter().zip(&side.status).filter(|(_, status)| **status == 2));
     let around =
         active.map(|(x, _)| [x[0], x[1]]).filter(|x| window.sees(std::iter::once(*x))).collect::<Vec<_>>();
-    if around.len() < 4 {
+    if around.len() < 3 {
         return None;
     }
     let contact = Window::around(around.into_iter());
@@ -105,7 +105,13 @@ fn label(
     let area = BitMapBackend::with_buffer(rgb, size).into_drawing_area();
     let (name, symbol) = stress_name(style.component);
     let unit = Unit::stress(results.run.units, colours.high.abs().max(colours.low.abs()));
-    text(&area, &title(results), (LEFT as i32, 14), (30, FontStyle::Bold), Pos::new(HPos::Left, VPos::Top))?;
+    text(
+        &area,
+        &title_of_last_step(results),
+        (LEFT as i32, 14),
+        (30, FontStyle::Bold),
+        Pos::new(HPos::Left, VPos::Top),
+    )?;
     let range = (colours.high - colours.low) / unit.factor;
     let value =
         |v: f64| format!("{} {}", number(v / unit.factor, super::scale::round_up(range) / 1000.0), unit.name);

@@ -47,6 +47,11 @@ impl ColourScale {
     }
 }
 
+/// Colours in an order that the eye follows, dark for 0, light for 1.
+pub(super) fn ramp(t: f64) -> Rgb {
+    blend(&SEQUENTIAL, t)
+}
+
 /// Nine samples of Matplotlib's `viridis` (CC0).
 const SEQUENTIAL: [Rgb; 9] = [
     [68, 1, 84],

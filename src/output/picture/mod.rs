@@ -5,6 +5,8 @@
 mod bodies;
 mod colour;
 mod convergence;
+mod curve;
+mod legend;
 mod outline;
 mod pressure;
 mod raster;
@@ -75,5 +77,17 @@ fn title(results: &Results) -> String {
     match &run.variant {
         Some(variant) => format!("{}, variant {variant}", run.title),
         None => run.title.clone(),
+    }
+}
+
+/// The same with the last load step, if there are several.
+fn title_of_last_step(results: &Results) -> String {
+    let steps = results.run.steps.as_deref().unwrap_or_default();
+    match steps {
+        [] | [_] => title(results),
+        [.., last] => {
+            let name = last.name.as_ref().map_or_else(String::new, |name| format!(" ({name})"));
+            format!("{}, step {}{name}", title(results), steps.len())
+        }
     }
 }

@@ -77,6 +77,32 @@ impl Canvas {
         }
     }
 
+    /// Draws a polyline with hatching to the left of the direction of travel: the edge of something rigid.
+    pub fn hatched(&mut self, line: &[Pixel], colour: Rgb) {
+        const SPACING: f64 = 11.0;
+        const LENGTH: f64 = 10.0;
+        // From one stroke to the next, across the corners; not counted where nothing can be seen.
+        let mut left = 0.5 * SPACING;
+        for ends in line.windows(2) {
+            let Some((from, to)) = self.clip(ends[0], ends[1], LENGTH) else { continue };
+            self.line(from, to, 2.4, colour, 1.0);
+            let d = [to[0] - from[0], to[1] - from[1]];
+            let length = d[0].hypot(d[1]);
+            if length <= 0.0 {
+                continue;
+            }
+            let along = d.map(|x| x / length);
+            while left < length {
+                let p = [from[0] + left * along[0], from[1] + left * along[1]];
+                // y points down: left of the travel is (dy, -dx). The strokes lean back by 45 degrees.
+                let lean = [along[1] - along[0], -along[0] - along[1]].map(|x| x * LENGTH / 2f64.sqrt());
+                self.line(p, [p[0] + lean[0], p[1] + lean[1]], 1.2, colour, 0.8);
+                left += SPACING;
+            }
+            left -= length;
+        }
+    }
+
     /// The part of a line that can be seen.
     fn clip(&self, from: Pixel, to: Pixel, width: f64) -> Option<(Pixel, Pixel)> {
         let size = [self.width as f64 / FINE as f64, self.height as f64 / FINE as f64];

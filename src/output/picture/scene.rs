@@ -6,7 +6,7 @@ use super::scale::round_near;
 use super::view::{View, Window};
 use crate::case::StressComponent;
 use crate::error::{Error, Result};
-use crate::output::{Field, Piece, Results};
+use crate::output::{Field, Outline, Piece, Results};
 
 /// Element edges are drawn when fewer cells can be seen.
 const EDGES_BELOW: usize = 4000;
@@ -16,6 +16,7 @@ const UNDEFORMED: Rgb = [165, 165, 165];
 /// The grid with what is drawn of it.
 pub(super) struct Scene<'a> {
     piece: &'a Piece,
+    rigid: &'a [Outline],
     displacement: Vec<[f64; 2]>,
     /// Stress at the nodes, Pa.
     pub stress: Vec<f64>,
@@ -29,7 +30,7 @@ impl<'a> Scene<'a> {
         let displacement = nodal(piece, "displacement", 3)?.values.chunks(3).map(|u| [u[0], u[1]]).collect();
         let stress =
             nodal(piece, "stress", 6)?.values.chunks(6).map(|s| component_of(component, s)).collect();
-        Ok(Scene { piece, displacement, stress, edges: edges(piece) })
+        Ok(Scene { piece, rigid: &results.run.rigid, displacement, stress, edges: edges(piece) })
     }
 
     /// Where a node is, undeformed (0), deformed (1), or more so.
@@ -51,6 +52,11 @@ impl<'a> Scene<'a> {
     /// Around all nodes.
     pub fn bounds(&self, magnification: f64) -> Window {
         Window::around((0..self.piece.points.len()).map(|node| self.place(node, magnification)))
+    }
+
+    /// Around what to show: all nodes, and a strip of the rigid bodies beside them.
+    pub fn window(&self, magnification: f64) -> Window {
+        self.bounds(magnification).widened(if self.rigid.is_empty() { 0.03 } else { 0.08 })
     }
 
     /// A round magnification with which the largest displacement is about 4 % of the bodies' size.
@@ -84,6 +90,14 @@ impl<'a> Scene<'a> {
         }
         self.paint_edges(&mut canvas, view, 0.0, |edge| edge.outer, (1.2, UNDEFORMED, 0.8));
         self.paint_edges(&mut canvas, view, magnification, |edge| edge.outer, (1.8, OUTLINE, 1.0));
+        let rigid_place = |outline: &Outline, x: &[f64; 3]| {
+            let u = outline.motion;
+            view.pixel([x[0] + magnification * u[0], x[1] + magnification * u[1]])
+        };
+        for outline in self.rigid {
+            let line: Vec<_> = outline.points.iter().map(|x| rigid_place(outline, x)).collect();
+            canvas.hatched(&line, OUTLINE);
+        }
         canvas
     }
 

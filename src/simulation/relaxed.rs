@@ -1,14 +1,19 @@
-//! The bodies as the alternation sees them: contact nodes, conjugate points, compliances.
-use super::{Plan, plan::deformable};
+//! A run by the paper's alternation: contact nodes, conjugate points, compliances, and what it found.
+use super::{
+    Plan,
+    active::Nodal,
+    found::{EndFound, Found, empty_table},
+};
 use crate::{
-    body::{Body, Compliance, ContactRow},
-    case::{Case, ContactCase},
+    body::{Body, Compliance, ContactRow, ResponseKind},
+    case::{Case, ContactCase, Weights},
     contact::{Pairing, Surface, vector::dot},
     error::Result,
     material::LinearElastic,
-    parallel::{Exchange, agree},
+    output::HistoryRow,
+    parallel::{self, Exchange, agree},
     petsc,
-    schwarz::{ContactNode, Side, weights::Both},
+    schwarz::{self, Alternation, ContactNode, Side, alternation::SideState, weights::Both},
 };
 use mpi::topology::SimpleCommunicator;
 use std::time::Instant;
@@ -55,12 +60,17 @@ impl Interface {
         let (mut bodies, mut free) = (Vec::new(), Vec::new());
         let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
             if let Some(options) = &case.bodies[b].solver {
-                petsc::set_options(&prefixed(options, &case.bodies[b].name))?;
+                petsc::set_options(&super::prefixed(options, &case.bodies[b].name))?;
             }
-            let mut body = Body::new(&case.bodies[b], case.analysis, &plan.meshes[i], &groups.group)?;
-            let solving = Instant::now();
+            let mut body = Body::new(
+                &case.bodies[b],
+                case.analysis,
+                &plan.meshes[i],
+                &groups.group,
+                &observed[i],
+                ResponseKind::Solver,
+            )?;
             free.push(Compliance::free_displacements(&mut body, &groups.group, &observed[i])?);
-            body.cost.factor += solving.elapsed().as_secs_f64();
             bodies.push(body);
             Ok(())
         });
@@ -71,11 +81,9 @@ impl Interface {
         }
         let mut compliances = Vec::new();
         let condensed = bodies.iter_mut().enumerate().try_for_each(|(i, body)| {
-            let solving = Instant::now();
             let rows = contacts.as_ref().map_or_else(Vec::new, |c| contact_rows(c, i));
             let free = std::mem::take(&mut free[i]);
             compliances.extend(Compliance::new(body, &groups.group, &observed[i], free, rows)?);
-            body.cost.factor += solving.elapsed().as_secs_f64();
             Ok(())
         });
         agree(world, condensed)?;
@@ -180,7 +188,7 @@ fn pair_up(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
                 beyond.push(contact_node);
             }
         }
-        let other_body = deformable(case.contacts[pair].surfaces[1 - side].body)?;
+        let other_body = plan.other_body(case, pair, side);
         contacts.sides.push(Side {
             pair,
             first: side == 0,
@@ -215,16 +223,142 @@ fn contact_rows(contacts: &Contacts, body: usize) -> Vec<ContactRow> {
     rows
 }
 
-/// A body's own PETSc options under its prefix: `-ksp_type cg` becomes `-body_<name>_ksp_type cg`.
-fn prefixed(options: &str, name: &str) -> String {
-    options
-        .split_whitespace()
-        .map(|word| match word.strip_prefix('-') {
-            Some(option) if option.starts_with(|c: char| c.is_ascii_alphabetic()) => {
-                format!("-{}{option}", crate::body::options_prefix(name))
+/// What a run by the paper's alternation works with.
+pub(super) struct Relaxed {
+    pub bodies: Vec<Body>,
+    pub compliances: Vec<Compliance>,
+    pub contacts: Option<Contacts>,
+    pub weights: Weights,
+    pub search_seconds: f64,
+}
+
+impl Relaxed {
+    /// Assembles, factorises, pairs the surfaces. Collective.
+    pub fn new(case: &Case, world: &SimpleCommunicator, weights: Weights) -> Result<(Plan, Relaxed)> {
+        let Interface { plan, bodies, compliances, contacts, pairing_seconds } = Interface::new(case, world)?;
+        Ok((plan, Relaxed { bodies, compliances, contacts, weights, search_seconds: pairing_seconds }))
+    }
+
+    /// Runs the alternation. The first ranks of the groups work, the others sleep. Collective.
+    pub fn step(
+        &mut self,
+        case: &Case,
+        plan: &Plan,
+        exchange: &Exchange,
+        progress: impl FnMut(&HistoryRow),
+    ) -> Result<(Found, Vec<Nodal>)> {
+        let world = &plan.groups.world;
+        let outcome = match &self.contacts {
+            Some(contacts) if !case.contacts.is_empty() => {
+                alternate(case, plan, &mut self.compliances, contacts, exchange, self.weights, progress)
             }
-            _ => word.to_owned(),
-        })
-        .collect::<Vec<_>>()
-        .join(" ")
+            _ => Ok((Found::none(), Vec::new())),
+        };
+        parallel::idle_barrier(world);
+        let (found, rows) = agree(world, outcome)?;
+        let mut nodal = Vec::new();
+        let group = &plan.groups.group;
+        let done = self.bodies.iter_mut().enumerate().try_for_each(|(i, body)| {
+            let force = rows.get(i).map_or(&[][..], Vec::as_slice);
+            let contact = spread(body, group, plan, plan.groups.bodies()[i], self.compliances.get(i), force);
+            let displacement = body.solve(group, &contact)?;
+            nodal.push(Nodal { contact, displacement });
+            Ok(())
+        });
+        agree(world, done)?;
+        Ok((found, nodal))
+    }
+}
+
+fn alternate(
+    case: &Case,
+    plan: &Plan,
+    bodies: &mut [Compliance],
+    contacts: &Contacts,
+    exchange: &Exchange,
+    weights: Weights,
+    progress: impl FnMut(&HistoryRow),
+) -> Result<(Found, Vec<Vec<f64>>)> {
+    let settings = schwarz::Settings {
+        weights,
+        tolerance: case.alternation.tolerance,
+        max_alternations: case.alternation.max_alternations,
+    };
+    let n_bodies = bodies.len();
+    let mut alternation = Alternation::new(bodies, &contacts.sides, exchange, settings)?;
+    let outcome = alternation.run(progress)?;
+    let mut rows = vec![Vec::new(); n_bodies];
+    let mut found = Found::none();
+    for (i, (side, state)) in std::iter::zip(&contacts.sides, &alternation.states).enumerate() {
+        let rows: &mut Vec<f64> = &mut rows[side.body];
+        rows.extend(&state.force);
+        found.ends.push(end_found(&plan.surfaces[i], side, state, &contacts.beyond[i]));
+    }
+    found.reason = outcome.reason;
+    // One more: without contact forces, to begin with.
+    found.force_steps = outcome.history.len() as u64 + 1;
+    found.displacement_steps = outcome.history.len() as u64;
+    found.history = outcome.history;
+    found.gap_threshold = alternation.gap_threshold;
+    Ok((found, rows))
+}
+
+fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[ContactNode]) -> EndFound {
+    let mut table = empty_table(surface);
+    let mut complementarity = [0.0_f64; 2];
+    for (k, node) in side.nodes.iter().enumerate() {
+        let i = node.node;
+        table.normal[i] = node.conjugate.normal;
+        table.gap[i] = state.gap[k];
+        table.pressure[i] = state.force[k] / surface.weights[i];
+        table.force[i] = node.conjugate.normal.map(|c| -state.force[k] * c);
+        table.status[i] = if state.active[k] { 2 } else { 1 };
+        let travel = dot(&node.conjugate.normal, &state.displacement[node.node]).abs();
+        complementarity[0] = complementarity[0].max((table.pressure[i] * state.gap[k]).abs());
+        complementarity[1] =
+            complementarity[1].max(state.gap[k].abs()).max(node.conjugate.gap.abs()).max(travel);
+    }
+    let penetration = |node: &ContactNode| {
+        let other = Side::vector_at_conjugate(node, &state.other_displacement);
+        let approach = crate::contact::vector::sub(&state.displacement[node.node], &other);
+        dot(&node.conjugate.normal, &approach) - node.conjugate.gap
+    };
+    let touching = std::iter::zip(&side.nodes, &state.active).filter(|(_, active)| **active);
+    EndFound {
+        pair: side.pair,
+        side: usize::from(!side.first),
+        counts: side.first,
+        multiplier: side.first,
+        normal_force: state.force.iter().sum(),
+        active: state.active.iter().filter(|a| **a).count(),
+        candidates: side.nodes.len(),
+        unmatched: touching.filter(|(node, _)| node.conjugate.terms.len() > 1).count(),
+        penetration: state.gap.iter().map(|g| -g).fold(0.0, f64::max),
+        beyond: beyond.iter().map(penetration).fold(0.0, f64::max),
+        complementarity,
+        table,
+    }
+}
+
+/// Contact forces of a body at this rank's owned nodes, N, from the group's first rank. Collective on the group.
+fn spread(
+    body: &Body,
+    group: &SimpleCommunicator,
+    plan: &Plan,
+    index: usize,
+    compliance: Option<&Compliance>,
+    force: &[f64],
+) -> Vec<f64> {
+    let mut vectors = compliance.map_or_else(Vec::new, |c| c.forces(force).as_flattened().to_vec());
+    parallel::broadcast(group, 0, &mut vectors);
+    let (dim, first) = (body.dim(), body.part.first_owned);
+    let mut owned = vec![0.0; body.part.n_owned * dim];
+    let nodes = std::iter::zip(&plan.surfaces, &plan.ends).filter(|(_, end)| end.2 == index);
+    for (node, f) in std::iter::zip(nodes.flat_map(|(s, _)| &s.nodes), vectors.chunks_exact(3)) {
+        let global = body.numbering.new_of_old[*node as usize] as usize;
+        if (first..first + body.part.n_owned).contains(&global) {
+            (0..dim).for_each(|c| owned[(global - first) * dim + c] += f[c]);
+        }
+    }
+    owned
 }

@@ -1,0 +1,179 @@
+//! A condensed body's answer: dense algebra on its interface, on the first rank of its group.
+//!
+//! With the Schur complement S = L L' and the rows J (held components left out), C = J S^-1 J' = Y'Y, Y = L^-1 J'.
+use super::{
+    Body, Interface,
+    interface::contact_force,
+    response::RowValues,
+    system::{SharedCost, System},
+};
+use crate::{
+    error::{Error, Result},
+    petsc::{Cholesky, Symmetric},
+};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use std::{rc::Rc, time::Instant};
+
+/// Modes whose stiffness on the active rows is below this share of the largest are not seen by them.
+const UNSEEN: f64 = 1e-12;
+
+/// Updates of the active set after which a unilateral step is given up: it is only a guess.
+const UNILATERAL_UPDATES: usize = 60;
+
+/// The answer; without rows on ranks other than the first.
+pub struct Condensed {
+    pub(super) values: RowValues,
+    interface: Rc<Interface>,
+    system: Rc<System>,
+    cost: SharedCost,
+    dim: usize,
+    /// C, m/N.
+    compliance: Symmetric,
+    step: Option<Step>,
+}
+
+/// A displacement step's operators for one set of active rows.
+struct Step {
+    active: Vec<usize>,
+    /// Of C_aa.
+    factor: Cholesky,
+    /// S G, mode by mode, N/m.
+    forces: Vec<Vec<f64>>,
+    /// Pseudo-inverse of G'S G.
+    coarse: DMatrix<f64>,
+}
+
+impl Condensed {
+    pub(super) fn new(body: &Body, values: RowValues) -> Result<Condensed> {
+        let (dim, interface) = (body.part.dim, &body.interface);
+        let mut compliance = Symmetric::default();
+        if let Some(factor) = body.system.interface_factor() {
+            let mut y = Vec::with_capacity(factor.n() * values.rows.len());
+            let mut column = vec![0.0; factor.n()];
+            for row in &values.rows {
+                column.fill(0.0);
+                row.add_to(1.0, &mut column, dim);
+                y.extend(interface.constraints.to_frames(&column, dim));
+            }
+            factor.half_solve(&mut y)?;
+            compliance = Symmetric::gram(&y, factor.n(), values.rows.len())?;
+        }
+        let (interface, system, cost) = (interface.clone(), body.system.clone(), body.cost.clone());
+        Ok(Condensed { values, interface, system, cost, dim, compliance, step: None })
+    }
+
+    pub(super) fn is_of(&self, body: &Body) -> bool {
+        Rc::ptr_eq(&self.system, &body.system)
+    }
+
+    /// C, m/N: symmetric, positive definite unless rows depend on each other.
+    pub fn compliance(&self) -> &Symmetric {
+        &self.compliance
+    }
+
+    /// Force step.
+    pub(super) fn push(&self, force: &[f64]) -> Result<Vec<f64>> {
+        self.compliance.times(force)
+    }
+
+    /// Displacement step.
+    pub(super) fn prescribe(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>> {
+        let mut force = vec![0.0; inward.len()];
+        let chosen: Vec<usize> = (0..active.len()).filter(|&i| active[i]).collect();
+        if chosen.is_empty() {
+            return Ok(force);
+        }
+        if self.step.as_ref().is_none_or(|step| step.active != chosen) {
+            let start = Instant::now();
+            self.step = Some(Step::new(&self.compliance, &self.values.modes, chosen)?);
+            self.cost.add(|c| {
+                c.interface_factorisations += 1;
+                c.interface += start.elapsed().as_secs_f64();
+            });
+        }
+        let Some(step) = &self.step else { return Ok(force) };
+        let mut r: Vec<f64> = step.active.iter().map(|&i| inward[i]).collect();
+        step.factor.solve(&mut r)?;
+        if !step.forces.is_empty() {
+            let modes = &self.values.modes;
+            let work = modes.iter().map(|mode| dot(step.active.iter().map(|&i| mode[i]), &r));
+            let beta = -&step.coarse * DVector::from_iterator(modes.len(), work);
+            for (beta, forces) in std::iter::zip(&beta, &step.forces) {
+                std::iter::zip(&mut r, forces).for_each(|(r, f)| *r += beta * f);
+            }
+        }
+        std::iter::zip(&step.active, r).for_each(|(&i, r)| force[i] = r);
+        Ok(force)
+    }
+
+    /// The complementarity problem on the chosen rows by a primal-dual active set; `None` if it does not settle, or the
+    /// body has free modes.
+    pub(super) fn unilateral_step(&self, gap: &[f64], chosen: &[bool]) -> Result<Option<Vec<f64>>> {
+        let n = gap.len();
+        if !self.values.modes.is_empty() {
+            return Ok(None);
+        }
+        let mut active: Vec<usize> = (0..n).filter(|&i| chosen[i] && gap[i] < 0.0).collect();
+        for _ in 0..UNILATERAL_UPDATES {
+            let mut force = vec![0.0; n];
+            let mut r: Vec<f64> = active.iter().map(|&i| -gap[i]).collect();
+            self.compliance.principal(&active).regular_cholesky()?.solve(&mut r)?;
+            active.iter().zip(r).for_each(|(&i, r)| force[i] = r);
+            let inward = self.compliance.times(&force)?;
+            let stays = |i: usize| if force[i] == 0.0 { inward[i] + gap[i] < 0.0 } else { force[i] > 0.0 };
+            let next: Vec<usize> = (0..n).filter(|&i| chosen[i] && stays(i)).collect();
+            let settled = next == active;
+            active = next;
+            if settled {
+                return Ok(Some(force));
+            }
+        }
+        Ok(None)
+    }
+
+    pub(super) fn interface_displacements(&self, force: &[f64], alpha: &[f64]) -> Result<Vec<[f64; 3]>> {
+        let Some(factor) = self.system.interface_factor() else { return Ok(Vec::new()) };
+        let f = contact_force(&self.values.rows, force, self.interface.nodes.len(), self.dim);
+        let mut u = self.interface.constraints.to_frames(&f, self.dim);
+        factor.solve(&mut u)?;
+        let u = self.interface.constraints.from_frames(&u, self.dim);
+        Ok(self.interface.at_given(&self.values.complete(u, alpha), self.dim))
+    }
+}
+
+impl Step {
+    fn new(compliance: &Symmetric, modes: &[Vec<f64>], active: Vec<usize>) -> Result<Step> {
+        let factor = compliance
+            .principal(&active)
+            .regular_cholesky()
+            .map_err(|e| Error::internal(format!("the compliance of the contact rows is singular: {e}")))?;
+        let on_active: Vec<Vec<f64>> =
+            modes.iter().map(|mode| active.iter().map(|&i| mode[i]).collect()).collect();
+        let mut forces = on_active.clone();
+        forces.iter_mut().try_for_each(|f| factor.solve(f))?;
+        let n = modes.len();
+        let stiffness = DMatrix::from_fn(n, n, |k, l| {
+            let (a, b) = (
+                dot(on_active[k].iter().copied(), &forces[l]),
+                dot(on_active[l].iter().copied(), &forces[k]),
+            );
+            0.5 * (a + b)
+        });
+        Ok(Step { coarse: pseudo_inverse(stiffness), active, factor, forces })
+    }
+}
+
+/// Inverse on the eigenvectors whose eigenvalue is not [`UNSEEN`], zero on the others.
+pub(super) fn pseudo_inverse(a: DMatrix<f64>) -> DMatrix<f64> {
+    if a.is_empty() {
+        return a;
+    }
+    let mut eigen = SymmetricEigen::new(a);
+    let largest = eigen.eigenvalues.max();
+    eigen.eigenvalues.apply(|v| *v = if *v > UNSEEN * largest { 1.0 / *v } else { 0.0 });
+    eigen.recompose()
+}
+
+fn dot(a: impl Iterator<Item = f64>, b: &[f64]) -> f64 {
+    a.zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,226 @@
+//! A body as the driver sees it.
+use super::{Body, BodyRow, Condensed, Solver, interface::contact_force};
+use crate::{
+    error::Result,
+    schwarz::{Respond, RespondAtNodes},
+};
+use mpi::{topology::SimpleCommunicator, traits::*};
+use std::time::Instant;
+
+/// A body's answer on its contact rows, held by every rank of its group; the first rank runs the driver.
+///
+/// Of a condensed body only the first rank has work; of one that answers by its solver the others
+/// [serve](Response::serve) it.
+pub enum Response {
+    /// By dense algebra on the interface.
+    Condensed(Condensed),
+    /// By solves of the whole body.
+    Solver(Solver),
+}
+
+/// What a response knows of a body apart from its operators: values of rows on the first rank, none elsewhere.
+#[derive(Debug, Clone, Default)]
+pub(super) struct RowValues {
+    pub rows: Vec<BodyRow>,
+    /// Displacements at the interface nodes without contact forces, m, global axes.
+    pub free_interface: Vec<f64>,
+    /// Row displacements without contact forces, m.
+    pub free: Vec<f64>,
+    /// Modes x rows.
+    pub modes: Vec<Vec<f64>>,
+    /// Modes x interface values.
+    pub mode_interface: Vec<Vec<f64>>,
+    /// J.
+    pub mode_work: Vec<f64>,
+}
+
+impl Body {
+    /// The body's answer on `rows`, which need be given on the first rank only. Collective.
+    pub fn respond(&mut self, group: &SimpleCommunicator, rows: Vec<BodyRow>) -> Result<Response> {
+        let start = Instant::now();
+        let rows = if group.rank() == 0 { self.interface.own_rows(rows) } else { Vec::new() };
+        let values = RowValues { rows, ..RowValues::default() };
+        let mut response = if self.is_condensed() {
+            let condensed = Condensed::new(self, values);
+            Response::Condensed(crate::parallel::agree(group, condensed)?)
+        } else {
+            Response::Solver(Solver::new(self, group, values))
+        };
+        self.cost.add(|c| c.interface += start.elapsed().as_secs_f64());
+        self.refresh(group, &mut response)?;
+        Ok(response)
+    }
+
+    /// Brings a response up to date after [`Body::set_load`]: the same rows, and the same operators unless the
+    /// stiffness has changed. Collective.
+    pub fn reload(&mut self, group: &SimpleCommunicator, response: &mut Response) -> Result<()> {
+        if response.is_of(self) {
+            return self.refresh(group, response);
+        }
+        let rows = std::mem::take(&mut response.values_mut().rows);
+        // The rows are in the interface's own numbers already.
+        let values = RowValues { rows, ..RowValues::default() };
+        *response = if self.is_condensed() {
+            Response::Condensed(crate::parallel::agree(group, Condensed::new(self, values))?)
+        } else {
+            Response::Solver(Solver::new(self, group, values))
+        };
+        self.refresh(group, response)
+    }
+
+    /// Contact nodal forces of the rows at this rank's owned nodes, N, in global axes. Not collective.
+    pub fn contact_forces(&self, response: &Response, force: &[f64]) -> Vec<f64> {
+        let dim = self.part.dim;
+        let mut owned = vec![0.0; self.part.n_owned * dim];
+        let at_interface = contact_force(&response.values().rows, force, self.interface.nodes.len(), dim);
+        for (dof, f) in std::iter::zip(self.interface.dofs(dim), at_interface) {
+            owned[dof] += f;
+        }
+        owned
+    }
+
+    /// Free displacements and work on the modes of the current load. Collective.
+    fn refresh(&mut self, group: &SimpleCommunicator, response: &mut Response) -> Result<()> {
+        let dim = self.part.dim;
+        let mut interface = if self.is_condensed() {
+            let mut u = self.condensed_load(group)?;
+            let solved = self.system.interface_factor().map_or(Ok(()), |s| s.solve(&mut u));
+            crate::parallel::agree(group, solved)?;
+            u
+        } else {
+            let x = self.system.solve_refined(group, &self.loads.current)?;
+            self.interface.dofs(dim).into_iter().map(|dof| x[dof]).collect()
+        };
+        interface = self.interface.constraints.from_frames(&interface, dim);
+        let modes = 0..self.free.modes.len();
+        let at_node = |k: usize, i: usize| {
+            let mode = self.free.at(k, self.interface.nodes[i], &self.interface.points[i]);
+            mode.into_iter().take(dim)
+        };
+        let n_nodes = self.interface.owned.len();
+        let values = response.values_mut();
+        values.mode_interface = modes.map(|k| (0..n_nodes).flat_map(|i| at_node(k, i)).collect()).collect();
+        values.free = values.at_rows(&interface, dim);
+        values.modes = values.mode_interface.iter().map(|mode| values.at_rows(mode, dim)).collect();
+        values.free_interface = interface;
+        values.mode_work = self.mode_work();
+        Ok(())
+    }
+}
+
+impl Response {
+    pub(super) fn values(&self) -> &RowValues {
+        match self {
+            Response::Condensed(c) => &c.values,
+            Response::Solver(s) => &s.values,
+        }
+    }
+
+    fn values_mut(&mut self) -> &mut RowValues {
+        match self {
+            Response::Condensed(c) => &mut c.values,
+            Response::Solver(s) => &mut s.values,
+        }
+    }
+
+    fn is_of(&self, body: &Body) -> bool {
+        match self {
+            Response::Condensed(c) => c.is_of(body),
+            Response::Solver(s) => s.is_of(body),
+        }
+    }
+
+    /// On all ranks but the first: takes part in what the first asks for, until it [finishes](Response::finish).
+    pub fn serve(&mut self) -> Result<()> {
+        match self {
+            Response::Condensed(_) => Ok(()),
+            Response::Solver(s) => s.serve(),
+        }
+    }
+
+    /// On the first rank: lets the others leave [`Response::serve`]. To be called once for every time they serve, even
+    /// after an error of another body.
+    pub fn finish(&self) {
+        if let Response::Solver(s) = self {
+            s.finish();
+        }
+    }
+
+    /// Displacements at the interface nodes, in the order given to the body, under all loads, the row forces and
+    /// `alpha` of each free mode, m; on the first rank, the others serving.
+    pub fn interface_displacements(&mut self, force: &[f64], alpha: &[f64]) -> Result<Vec<[f64; 3]>> {
+        match self {
+            Response::Condensed(c) => c.interface_displacements(force, alpha),
+            Response::Solver(s) => s.interface_displacements(force, alpha),
+        }
+    }
+}
+
+impl RowValues {
+    /// Row displacements of displacements at the interface nodes.
+    fn at_rows(&self, u: &[f64], dim: usize) -> Vec<f64> {
+        self.rows.iter().map(|row| row.displacement(u, dim)).collect()
+    }
+
+    /// Adds the free displacements and the modes to those of the contact forces, at the interface nodes.
+    pub fn complete(&self, mut u: Vec<f64>, alpha: &[f64]) -> Vec<f64> {
+        std::iter::zip(&mut u, &self.free_interface).for_each(|(u, free)| *u += free);
+        for (alpha, mode) in std::iter::zip(alpha, &self.mode_interface) {
+            std::iter::zip(&mut u, mode).for_each(|(u, m)| *u += alpha * m);
+        }
+        u
+    }
+}
+
+impl Respond for Response {
+    fn n_rows(&self) -> usize {
+        self.values().rows.len()
+    }
+
+    fn free(&self) -> &[f64] {
+        &self.values().free
+    }
+
+    fn force_step(&mut self, force: &[f64]) -> Result<Vec<f64>> {
+        match self {
+            Response::Condensed(c) => c.push(force),
+            Response::Solver(s) => s.force_step(force),
+        }
+    }
+
+    fn displacement_step(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>> {
+        match self {
+            Response::Condensed(c) => c.prescribe(inward, active),
+            Response::Solver(s) => s.displacement_step(inward, active),
+        }
+    }
+
+    fn unilateral_step(&mut self, gap: &[f64], chosen: &[bool]) -> Result<Option<Vec<f64>>> {
+        match self {
+            Response::Condensed(c) => c.unilateral_step(gap, chosen),
+            Response::Solver(_) => Ok(None),
+        }
+    }
+
+    fn modes(&self) -> &[Vec<f64>] {
+        &self.values().modes
+    }
+
+    fn mode_work(&self) -> &[f64] {
+        &self.values().mode_work
+    }
+}
+
+/// The paper's alternation: rows of one node each, observed nodes are the interface nodes as given.
+impl RespondAtNodes for Condensed {
+    fn force_step(&mut self, force: &[f64]) -> Result<Vec<[f64; 3]>> {
+        self.interface_displacements(force, &[])
+    }
+
+    fn displacement_step(&mut self, prescribed: &[Option<f64>]) -> Result<Vec<f64>> {
+        let rows = std::iter::zip(&self.values.free, prescribed);
+        let inward: Vec<f64> = rows.map(|(free, w)| w.map_or(0.0, |w| free - w)).collect();
+        let active: Vec<bool> = prescribed.iter().map(Option::is_some).collect();
+        self.prescribe(&inward, &active)
+    }
+}

@@ -1,0 +1,236 @@
+//! A body's equations and how they are solved: by its solver, or condensed to its interface.
+use super::{Cost, Interface};
+use crate::{
+    error::{Error, Result},
+    parallel::{self, agree},
+    petsc::{Cholesky, Ksp, Matrix, SchurFactor, Symmetric, Vector},
+};
+use mpi::{topology::SimpleCommunicator, traits::*};
+use std::{cell::Cell, rc::Rc, time::Instant};
+
+/// A relative residual above this, and above what rounding the product A x alone leaves, gets a condensed body one step
+/// of iterative refinement.
+const REFINE: f64 = 1e-12;
+
+/// Counters that a body shares with its responses.
+#[derive(Debug, Clone, Default)]
+pub(super) struct SharedCost(Rc<Cell<Cost>>);
+
+impl SharedCost {
+    pub fn get(&self) -> Cost {
+        self.0.get()
+    }
+
+    pub fn add(&self, change: impl FnOnce(&mut Cost)) {
+        let mut cost = self.0.get();
+        change(&mut cost);
+        self.0.set(cost);
+    }
+}
+
+/// Names for options and messages.
+#[derive(Debug, Clone)]
+pub(super) struct Setting {
+    pub body: String,
+    /// Prefix of its PETSc options.
+    pub prefix: String,
+    /// Displacement components of a node.
+    pub dim: usize,
+}
+
+/// The stiffness matrix with its solver. Vectors: owned unknowns, in the nodes' frames.
+pub(super) struct System {
+    matrix: Matrix,
+    /// Largest diagonal entry, N/m.
+    diagonal: f64,
+    answer: Answer,
+    setting: Setting,
+    cost: SharedCost,
+}
+
+enum Answer {
+    Solver(Ksp),
+    Condensed(Condensate),
+}
+
+/// What condensation leaves.
+struct Condensate {
+    interior: SchurFactor,
+    /// Factor of the Schur complement, on the first rank.
+    interface: Option<Cholesky>,
+    /// Owned unknowns of the interface, on the first rank; its first global unknowns are its own.
+    dofs: Vec<usize>,
+}
+
+impl System {
+    /// Factorises. Collective, errors included.
+    pub fn new(
+        group: &SimpleCommunicator,
+        matrix: Matrix,
+        interface: &Interface,
+        setting: Setting,
+        condensed: bool,
+        cost: &SharedCost,
+    ) -> Result<System> {
+        let failed = |e: Error| {
+            Error::internal(format!(
+                "body '{}': the stiffness matrix cannot be factorised: {e}",
+                setting.body
+            ))
+        };
+        let start = Instant::now();
+        let answer = if condensed {
+            let dofs = interface.dofs(setting.dim);
+            let indices: Vec<i32> = dofs.iter().map(|&dof| dof as i32).collect();
+            let (interior, s) =
+                SchurFactor::new(group, &matrix, &indices, &setting.prefix).map_err(failed)?;
+            cost.add(|c| c.factor += start.elapsed().as_secs_f64());
+            let start = Instant::now();
+            let factor = if group.rank() == 0 {
+                Symmetric::new(dofs.len(), s).into_cholesky(0.0).and_then(|factor| {
+                    factor.map(Some).ok_or_else(|| {
+                        Error::internal(
+                            "the Schur complement of the interface is not positive definite: is a free piece \
+                             of the mesh not held?",
+                        )
+                    })
+                })
+            } else {
+                Ok(None)
+            };
+            let factor = agree(group, factor.map_err(failed))?;
+            cost.add(|c| c.interface += start.elapsed().as_secs_f64());
+            Answer::Condensed(Condensate { interior, interface: factor, dofs })
+        } else {
+            let ksp = Ksp::new(group, &matrix, &setting.prefix)?;
+            ksp.set_up().map_err(failed)?;
+            cost.add(|c| c.factor += start.elapsed().as_secs_f64());
+            Answer::Solver(ksp)
+        };
+        cost.add(|c| c.factorisations += 1);
+        let diagonal = matrix.largest_diagonal()?;
+        Ok(System { matrix, diagonal, answer, setting, cost: cost.clone() })
+    }
+
+    pub fn setting(&self) -> Setting {
+        self.setting.clone()
+    }
+
+    pub fn is_condensed(&self) -> bool {
+        matches!(self.answer, Answer::Condensed(_))
+    }
+
+    /// The solver; `None` if the body is condensed.
+    pub fn ksp(&self) -> Option<&Ksp> {
+        match &self.answer {
+            Answer::Solver(ksp) => Some(ksp),
+            Answer::Condensed(_) => None,
+        }
+    }
+
+    /// Factor of the Schur complement, on the first rank of a condensed body.
+    pub fn interface_factor(&self) -> Option<&Cholesky> {
+        match &self.answer {
+            Answer::Condensed(c) => c.interface.as_ref(),
+            Answer::Solver(_) => None,
+        }
+    }
+
+    /// x = A^-1 b. Collective.
+    pub fn solve(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
+        match &self.answer {
+            Answer::Solver(ksp) => {
+                let (rhs, x) = (vector(group, b)?, Vector::zeros(group, b.len())?);
+                ksp.solve(&rhs, &x)?;
+                self.cost.add(|c| c.solves += 1);
+                x.to_vec()
+            }
+            Answer::Condensed(condensate) => {
+                let mut interface = self.condense(group, b)?;
+                let solved = condensate.interface.as_ref().map_or(Ok(()), |s| s.solve(&mut interface));
+                agree(group, solved)?;
+                self.recover(group, b, &interface)
+            }
+        }
+    }
+
+    /// As [`System::solve`], with one step of iterative refinement, which makes the answer independent of the
+    /// factorisation's round-off and so of the number of ranks. Collective.
+    pub fn solve_refined(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
+        let x = self.solve(group, b)?;
+        let residual = self.residual(group, b, &x)?;
+        self.correct(group, x, &residual)
+    }
+
+    /// b_B - A_BI A_II^-1 b_I, on the first rank; empty elsewhere. Collective.
+    pub fn condense(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
+        let Answer::Condensed(Condensate { interior, dofs, .. }) = &self.answer else {
+            return Ok(Vec::new());
+        };
+        let mut inside = b.to_vec();
+        dofs.iter().for_each(|&dof| inside[dof] = 0.0);
+        let size = parallel::max(group, &[inside.iter().fold(0.0, |m: f64, v| m.max(v.abs()))])[0];
+        let at = |values: &[f64]| -> Vec<f64> { dofs.iter().map(|&dof| values[dof]).collect() };
+        let on_interface = at(b);
+        if size == 0.0 {
+            return Ok(on_interface);
+        }
+        let (rhs, x) = (vector(group, &inside)?, Vector::zeros(group, b.len())?);
+        interior.solve_interior(&rhs, &x)?;
+        self.cost.add(|c| c.solves += 1);
+        self.matrix.times(&x, &rhs)?;
+        let reaction = at(&rhs.to_vec()?);
+        Ok(std::iter::zip(on_interface, reaction).map(|(b, r)| b - r).collect())
+    }
+
+    /// All of x from x_B, given on the first rank: x_I = A_II^-1 (b_I - A_IB x_B). Collective.
+    pub fn recover(&self, group: &SimpleCommunicator, b: &[f64], interface: &[f64]) -> Result<Vec<f64>> {
+        let Answer::Condensed(Condensate { interior, dofs, .. }) = &self.answer else {
+            return Err(Error::internal("only a condensed body recovers its interior"));
+        };
+        let mut x = vec![0.0; b.len()];
+        std::iter::zip(dofs, interface).for_each(|(&dof, value)| x[dof] = *value);
+        let rhs = vector(group, &self.residual(group, b, &x)?)?;
+        let inside = Vector::zeros(group, b.len())?;
+        interior.solve_interior(&rhs, &inside)?;
+        self.cost.add(|c| c.solves += 1);
+        std::iter::zip(&mut x, inside.to_vec()?).for_each(|(x, inside)| *x += inside);
+        Ok(x)
+    }
+
+    /// x with one step of iterative refinement if its residual asks for it. Collective.
+    pub fn refine(&self, group: &SimpleCommunicator, b: &[f64], x: Vec<f64>) -> Result<Vec<f64>> {
+        let residual = self.residual(group, b, &x)?;
+        let squares = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
+        let sums = parallel::sum(group, &[squares(&residual), squares(b), squares(&x)]);
+        let round_off = 16.0 * f64::EPSILON * self.diagonal * sums[2].sqrt();
+        if sums[0].sqrt() <= (REFINE * sums[1].sqrt()).max(round_off) {
+            return Ok(x);
+        }
+        self.correct(group, x, &residual)
+    }
+
+    fn correct(&self, group: &SimpleCommunicator, mut x: Vec<f64>, residual: &[f64]) -> Result<Vec<f64>> {
+        let correction = self.solve(group, residual)?;
+        std::iter::zip(&mut x, correction).for_each(|(x, d)| *x += d);
+        Ok(x)
+    }
+
+    /// A x. Collective.
+    fn times(&self, group: &SimpleCommunicator, x: &[f64]) -> Result<Vec<f64>> {
+        let (x, y) = (vector(group, x)?, Vector::zeros(group, x.len())?);
+        self.matrix.times(&x, &y)?;
+        y.to_vec()
+    }
+
+    fn residual(&self, group: &SimpleCommunicator, b: &[f64], x: &[f64]) -> Result<Vec<f64>> {
+        Ok(std::iter::zip(b, self.times(group, x)?).map(|(b, ax)| b - ax).collect())
+    }
+}
+
+/// A distributed vector of owned entries.
+fn vector(group: &SimpleCommunicator, owned: &[f64]) -> Result<Vector> {
+    let v = Vector::zeros(group, owned.len())?;
+    v.set(owned)?;
+    Ok(v)
+}

@@ -1,0 +1,264 @@
+//! Mortar transfer with dual multipliers on surfaces made of line segments.
+//!
+//! The multipliers live on one surface, the multiplier side; its counterpart is the mortar side. With psi_j the dual
+//! function of multiplier node j, D_j = int psi_j dA, u the displacement of the multiplier side, N_k the shape
+//! functions of the mortar side and g the distance between the surfaces along the normal field of the multiplier side,
+//!
+//! gap_j = int psi_j (g - n . (u - sum_k N_k u_k)) dA / D_j,  n the normal field of the multiplier side.
+//!
+//! All integrals run over the part of the multiplier side that has a partner, also those that make psi dual
+//! (consistent boundary modification, Cichosz and Bischoff 2011; Popp et al. 2012, 2013): a uniform pressure then gives
+//! the consistent nodal forces on both sides for any two meshes and any overlap.
+mod dual;
+mod segments;
+mod side;
+#[cfg(test)]
+mod tests;
+
+pub use side::multiplier_side;
+
+use super::{
+    Row, Surface,
+    rows::ROUND_OFF,
+    surface::line_shape,
+    vector::{combine, norm, sub, unit},
+};
+use crate::case;
+use dual::{Dual, Part};
+use nalgebra::{DMatrix, DVector};
+use segments::{Edge, SLIVER, Segments};
+use std::collections::BTreeMap;
+
+/// A node carries a multiplier if at least this share of its B has a partner on one of its edges: what holds for
+/// hardly any area, extrapolated to the node, is no sensible condition. No share that simple meshes would give exactly.
+const CARRIES: f64 = 0.237;
+
+/// Facets are paired this many search distances apart, so that the rows within the distance have their whole support.
+const MARGIN: f64 = 2.0;
+
+/// Coefficients smaller than this are round-off in the coordinates, relative to a facet.
+const NEGLIGIBLE: f64 = 1e-11;
+
+/// Six-point Gauss rule on [-1, 1]: (point, weight).
+const GAUSS6: [(f64, f64); 6] = [
+    (-0.932_469_514_203_152_1, 0.171_324_492_379_170_36),
+    (-0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (-0.238_619_186_083_196_9, 0.467_913_934_572_691),
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691),
+    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (0.932_469_514_203_152_1, 0.171_324_492_379_170_36),
+];
+
+/// Contact rows of a pair, at most one for each node of the multiplier side, in the order of its nodes.
+///
+/// `thickness` in m. Rows whose gap is larger than `search_distance`, m (infinite: no limit), are left out. For the
+/// current configuration give [`Surface::moved`] surfaces: the gaps are then the current ones.
+pub fn rows(
+    multiplier: &Surface,
+    mortar: &Surface,
+    gap: &case::Gap,
+    thickness: f64,
+    search_distance: f64,
+) -> Vec<Row> {
+    let limit = match gap {
+        case::Gap::Value(_) => f64::INFINITY,
+        case::Gap::Geometry { offset } => MARGIN * search_distance - offset,
+    };
+    let segments = Segments::new(multiplier, mortar, limit);
+    let edges: Vec<Overlap> =
+        (0..multiplier.facets.len()).filter_map(|f| Overlap::new(&segments, multiplier, mortar, f)).collect();
+    let carries = carriers(&edges);
+    let mut sums: BTreeMap<u32, Sums> = BTreeMap::new();
+    for (edge, carries) in edges.iter().zip(&carries) {
+        let Some(dual) = edge.part.dual(carries) else { continue };
+        edge.add_to(&mut sums, &dual);
+    }
+    let rows = sums.into_iter().filter_map(|(node, sum)| sum.into_row(node, gap, thickness));
+    rows.filter(|row| row.gap <= search_distance * (1.0 + ROUND_OFF)).collect()
+}
+
+/// The part of an edge that has a partner, with the integrals over it.
+struct Overlap<'a> {
+    edge: Edge<'a>,
+    part: Part,
+    /// Mortar nodes opposite.
+    opposite: Vec<u32>,
+    /// int b N_i n dA, a column per node of the edge; one matrix per component of n.
+    own: [DMatrix<f64>; 3],
+    /// The same with the shape functions of the nodes opposite.
+    mixed: [DMatrix<f64>; 3],
+    /// int b g dA.
+    gap: DVector<f64>,
+    /// Share of each node's B, integrated over the whole edge, that has a partner.
+    shares: Vec<f64>,
+    /// Partners reach the edge's ends.
+    reaches: [bool; 2],
+}
+
+impl<'a> Overlap<'a> {
+    /// Integrates over facet `f`; `None` where it has no partner.
+    fn new(segments: &Segments, surface: &'a Surface, mortar: &Surface, f: usize) -> Option<Self> {
+        let edge = Edge::new(surface, f);
+        let n = edge.nodes().len();
+        let found = segments.of(&edge);
+        let total: f64 = found.iter().map(|s| s.span[1] - s.span[0]).sum();
+        let (first, last) = (found.first()?, found.last()?);
+        if total <= 2.0 * SLIVER {
+            return None;
+        }
+        let span = [first.span[0], last.span[1]];
+        let mut opposite: Vec<u32> =
+            found.iter().flat_map(|s| mortar.facets[s.facet].iter().copied()).collect();
+        opposite.sort_unstable();
+        opposite.dedup();
+        let mut part = Part::new(n, span);
+        let zeros = |columns: usize| [(); 3].map(|()| DMatrix::zeros(n, columns));
+        let (mut own, mut mixed, mut gap) = (zeros(n), zeros(opposite.len()), DVector::zeros(n));
+        for segment in &found {
+            let nodes = &mortar.facets[segment.facet];
+            let columns: Vec<usize> =
+                nodes.iter().filter_map(|node| opposite.binary_search(node).ok()).collect();
+            let half = 0.5 * (segment.span[1] - segment.span[0]);
+            for (at, weight) in GAUSS6 {
+                let xi = segment.span[0] + half * (1.0 + at);
+                let normal = edge.normal(xi);
+                let hit = segments.opposite(segment.facet, &edge.point(xi), &normal);
+                let Some((eta, distance)) = hit else { continue };
+                let area = weight * half * edge.stretch(xi);
+                let b = part.basis(xi);
+                part.add(&b, area);
+                gap.axpy(area * distance, &b, 1.0);
+                let ((shape, _), (own_shape, _)) = (line_shape(nodes.len(), eta), line_shape(n, xi));
+                for c in 0..3 {
+                    for (i, n_i) in own_shape.into_iter().enumerate().take(n) {
+                        own[c].column_mut(i).axpy(area * n_i * normal[c], &b, 1.0);
+                    }
+                    for (&column, n_k) in columns.iter().zip(shape) {
+                        mixed[c].column_mut(column).axpy(area * n_k * normal[c], &b, 1.0);
+                    }
+                }
+            }
+        }
+        let mut whole = vec![0.0; n];
+        for (xi, weight) in GAUSS6 {
+            let b = dual::bernstein(n, xi);
+            whole.iter_mut().zip(b).for_each(|(sum, b)| *sum += weight * edge.stretch(xi) * b);
+        }
+        let shares = part.areas().iter().zip(whole).map(|(area, whole)| area / whole).collect();
+        let reaches = [span[0] <= -1.0 + 2.0 * SLIVER, span[1] >= 1.0 - 2.0 * SLIVER];
+        Some(Overlap { edge, part, opposite, own, mixed, gap, shares, reaches })
+    }
+
+    /// The edge's two end nodes.
+    fn ends(&self) -> impl Iterator<Item = u32> + use<'a> {
+        self.edge.nodes().iter().copied().take(2)
+    }
+
+    /// Adds the edge's integrals to those of its nodes' rows.
+    fn add_to(&self, sums: &mut BTreeMap<u32, Sums>, dual: &Dual) {
+        let nodes = self.edge.nodes();
+        let own = self.own.each_ref().map(|m| &dual.functions * m);
+        let mixed = self.mixed.each_ref().map(|m| &dual.functions * m);
+        let gap = &dual.functions * &self.gap;
+        let add = |sum: &mut [f64; 3], m: &[DMatrix<f64>; 3], at: (usize, usize), sign: f64| {
+            (0..3).for_each(|c| sum[c] += sign * m[c][at]);
+        };
+        for (k, &i) in dual.nodes.iter().enumerate() {
+            let sum = sums.entry(nodes[i]).or_default();
+            sum.area += dual.area[k];
+            sum.gap += gap[k];
+            sum.normal = combine([(1.0, &sum.normal), (dual.area[k], &self.edge.normals[i])]);
+            for (j, &node) in nodes.iter().enumerate() {
+                add(sum.terms[0].entry(node).or_default(), &own, (k, j), 1.0);
+            }
+            for (j, &node) in self.opposite.iter().enumerate() {
+                add(sum.terms[1].entry(node).or_default(), &mixed, (k, j), -1.0);
+            }
+        }
+    }
+}
+
+/// Integrals of one row, not yet divided by its area.
+#[derive(Default)]
+struct Sums {
+    terms: [BTreeMap<u32, [f64; 3]>; 2],
+    normal: [f64; 3],
+    gap: f64,
+    area: f64,
+}
+
+impl Sums {
+    fn into_row(self, node: u32, gap: &case::Gap, thickness: f64) -> Option<Row> {
+        if !(self.area > 0.0) {
+            return None;
+        }
+        let gap = match gap {
+            case::Gap::Value(value) => *value,
+            case::Gap::Geometry { offset } => self.gap / self.area + offset,
+        };
+        let size = NEGLIGIBLE * self.area;
+        let mut terms = self.terms.map(|terms| -> Vec<(u32, [f64; 3])> {
+            let kept = terms.into_iter().filter(|(_, v)| norm(v) >= size);
+            kept.map(|(node, v)| (node, v.map(|c| c / self.area))).collect()
+        });
+        balance(&mut terms);
+        Some(Row { node, terms, normal: unit(&self.normal), gap, area: self.area * thickness })
+    }
+}
+
+/// Makes the vectors of the two sides cancel to round-off, as their integrals do: action equals reaction.
+fn balance(terms: &mut [Vec<(u32, [f64; 3])>; 2]) {
+    let sum = combine(terms.iter().flatten().map(|(_, v)| (1.0, v)));
+    let largest = terms[1].iter_mut().max_by(|a, b| norm(&a.1).total_cmp(&norm(&b.1)));
+    if let Some((_, v)) = largest {
+        *v = sub(v, &sum);
+    }
+}
+
+/// Which nodes of each edge carry a multiplier.
+///
+/// Those a sufficient share of whose B has a partner. An edge that would have none, or a connected part with a
+/// single one (which could not transmit a moment), keeps the ends of its edges: a linear pressure.
+fn carriers(edges: &[Overlap]) -> Vec<Vec<bool>> {
+    let mut share: BTreeMap<u32, f64> = BTreeMap::new();
+    for edge in edges {
+        for (&node, &s) in edge.edge.nodes().iter().zip(&edge.shares) {
+            let largest = share.entry(node).or_default();
+            *largest = largest.max(s);
+        }
+    }
+    let mut carry: BTreeMap<u32, bool> = share.into_iter().map(|(node, s)| (node, s >= CARRIES)).collect();
+    for edge in edges {
+        if !edge.edge.nodes().iter().any(|node| carry[node]) {
+            carry.extend(edge.ends().map(|node| (node, true)));
+        }
+    }
+    // Edges joined by a node that partners reach from both sides.
+    let mut joint: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (e, edge) in edges.iter().enumerate() {
+        for (&node, reached) in edge.edge.nodes().iter().zip(edge.reaches) {
+            if reached {
+                joint.entry(node).or_default().push(e);
+            }
+        }
+    }
+    let mut seen = vec![false; edges.len()];
+    for start in 0..edges.len() {
+        let mut connected = Vec::new();
+        let mut next = vec![start];
+        while let Some(e) = next.pop() {
+            if std::mem::replace(&mut seen[e], true) {
+                continue;
+            }
+            connected.push(e);
+            next.extend(edges[e].edge.nodes().iter().filter_map(|node| joint.get(node)).flatten());
+        }
+        let mut nodes: Vec<u32> = connected.iter().flat_map(|&e| edges[e].edge.nodes()).copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        if nodes.iter().filter(|node| carry[node]).count() < 2 {
+            carry.extend(connected.iter().flat_map(|&e| edges[e].ends()).map(|node| (node, true)));
+        }
+    }
+    edges.iter().map(|e| e.edge.nodes().iter().map(|node| carry[node]).collect()).collect()
+}

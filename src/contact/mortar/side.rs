@@ -1,0 +1,35 @@
+//! Which surface of a pair carries the multipliers.
+use super::super::Surface;
+use super::segments::{Edge, Segments};
+
+/// Relative differences below this do not count.
+const EQUAL: f64 = 1e-6;
+
+/// The side of a pair that carries the multipliers: that with the finer facets where the surfaces face each other; of
+/// two equally fine ones the softer body; of two equally soft ones side 0. `moduli` of the bodies, Pa.
+///
+/// The choice follows the bodies, not the order in which they are named, and round-off cannot change it.
+pub fn multiplier_side(surfaces: [&Surface; 2], moduli: [f64; 2]) -> usize {
+    let sizes = [facing_size(surfaces[0], surfaces[1]), facing_size(surfaces[1], surfaces[0])];
+    smaller(sizes).or_else(|| smaller(moduli)).unwrap_or(0)
+}
+
+/// Index of the smaller of two numbers; `None` if they are equal within the tolerance.
+fn smaller([a, b]: [f64; 2]) -> Option<usize> {
+    ((a - b).abs() > EQUAL * a.abs().max(b.abs())).then_some(usize::from(b < a))
+}
+
+/// Mean facet size of the part of `surface` that faces `other`, m: its length over the number of facets in it, parts of
+/// facets counting as parts. That of the whole surface if nothing faces.
+fn facing_size(surface: &Surface, other: &Surface) -> f64 {
+    let segments = Segments::new(surface, other, f64::INFINITY);
+    let (mut length, mut count, mut whole) = (0.0, 0.0, 0.0);
+    for f in 0..surface.facets.len() {
+        let found = segments.of(&Edge::new(surface, f));
+        let part: f64 = found.iter().map(|s| 0.5 * (s.span[1] - s.span[0])).sum();
+        length += part * surface.facet_size(f);
+        count += part;
+        whole += surface.facet_size(f);
+    }
+    if count > 0.0 { length / count } else { whole / surface.facets.len().max(1) as f64 }
+}

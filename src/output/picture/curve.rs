@@ -1,0 +1,246 @@
+//! The curves of `pressure.svg`: which of them there are, and over which coordinate they are drawn.
+use super::CURVES;
+use super::colour::ramp;
+use crate::output::{PairTables, Results, SideTable};
+use plotters::style::{Color, RGBColor, ShapeStyle};
+
+/// Load steps whose curves can still be told apart.
+const STEPS: usize = 6;
+
+/// Pressure along a surface.
+pub(super) struct Curve<'a> {
+    /// 0: side a of the pair.
+    pub side: usize,
+    pub name: String,
+    pub colour: RGBColor,
+    pub stroke: ShapeStyle,
+    /// Radius of the dot at a node in contact, pixels.
+    pub dot: i32,
+    pub points: Vec<Point>,
+    table: &'a SideTable,
+}
+
+/// A node on a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Point {
+    /// Coordinate along the surface, m.
+    pub s: f64,
+    /// Pressure, Pa.
+    pub pressure: f64,
+    /// True if it is in contact.
+    pub touches: bool,
+}
+
+impl<'a> Curve<'a> {
+    fn new(
+        side: usize,
+        name: String,
+        table: &'a SideTable,
+        (colour, width, dot): (RGBColor, u32, i32),
+    ) -> Self {
+        let stroke = colour.stroke_width(width);
+        let mut curve = Curve { side, name, colour, stroke, dot, points: Vec::new(), table };
+        curve.place(table.s.clone());
+        curve
+    }
+
+    /// Draws the nodes at other coordinates. What has no coordinate or no pressure is left out.
+    fn place(&mut self, s: Vec<f64>) {
+        let SideTable { pressure, status, .. } = self.table;
+        let point = |(i, s): (usize, f64)| Point { s, pressure: pressure[i], touches: status[i] == 2 };
+        let all = s.into_iter().enumerate().map(point);
+        self.points = all.filter(|p| p.s.is_finite() && p.pressure.is_finite()).collect();
+    }
+}
+
+impl Curve<'_> {
+    /// The line from one end of a range to the other: coordinate, m, and pressure, Pa.
+    pub fn within(&self, from: f64, to: f64) -> Vec<(f64, f64)> {
+        let mut line = Vec::new();
+        let mut push = |s: f64, pressure: f64| {
+            if (from..=to).contains(&s) {
+                line.push((s, pressure));
+            }
+        };
+        for (i, p) in self.points.iter().enumerate() {
+            push(p.s, p.pressure);
+            let Some(q) = self.points.get(i + 1) else { continue };
+            // Where the line to the next node enters and leaves the range.
+            let mut cuts = [from, to];
+            if q.s < p.s {
+                cuts.reverse();
+            }
+            for s in cuts {
+                let t = (s - p.s) / (q.s - p.s);
+                if t > 0.0 && t < 1.0 {
+                    push(s, p.pressure + t * (q.pressure - p.pressure));
+                }
+            }
+        }
+        line
+    }
+}
+
+/// The curves of a pair: its sides, or the side that carries the pressure after up to six load steps.
+pub(super) fn curves(results: &Results, pair: usize) -> Vec<Curve<'_>> {
+    let before = results.before.iter().map(|state| &state.pairs[pair]);
+    let steps: Vec<&PairTables> = before.chain([&results.pairs[pair]]).collect();
+    match &steps[..] {
+        [] => Vec::new(),
+        [last] => sides(last),
+        steps => steps_of(steps, results),
+    }
+}
+
+fn sides(pair: &PairTables) -> Vec<Curve<'_>> {
+    let drawn = carriers(&[pair]);
+    let curve = |&side: &usize| {
+        let table = pair.sides[side].as_ref()?;
+        // The second side is drawn thinner and smaller, upon the first.
+        let (width, dot) = [(4, 6), (2, 3)][if drawn.len() == 1 { 1 } else { side }];
+        let style = (CURVES[side], width, dot);
+        Some(Curve::new(side, pair.surfaces[side].clone(), table, style))
+    };
+    let mut curves: Vec<_> = drawn.iter().filter_map(curve).collect();
+    // Side b runs the other way round its body: it is drawn backwards, so that what touches is drawn at one place.
+    if let [a, b] = &mut curves[..] {
+        b.place(along(a.table, b.table));
+    }
+    curves
+}
+
+fn steps_of<'a>(steps: &[&'a PairTables], results: &Results) -> Vec<Curve<'a>> {
+    let largest = |side: usize| {
+        let tables = steps.iter().filter_map(|pair| pair.sides[side].as_ref());
+        tables.flat_map(|table| &table.pressure).copied().filter(|p| p.is_finite()).fold(0.0, f64::max)
+    };
+    let side = match &carriers(steps)[..] {
+        [] => return Vec::new(),
+        [side] => *side,
+        // Two faces of the same pressure: the first will do.
+        _ => usize::from(largest(1) > 2.0 * largest(0)),
+    };
+    let chosen = choose(steps.len());
+    let curve = |(i, &k): (usize, &usize)| {
+        let table = steps[k].sides[side].as_ref()?;
+        let light = 1.0 - i as f64 / (chosen.len() - 1).max(1) as f64;
+        let [r, g, b] = ramp(0.82 * light);
+        let name = results.run.steps.as_ref().and_then(|table| table.get(k)?.name.as_deref());
+        let number = format!("step {}", k + 1);
+        let name = name.map_or_else(|| number.clone(), |name| format!("{number}, {name}"));
+        Some(Curve::new(side, name, table, (RGBColor(r, g, b), 2, 3)))
+    };
+    chosen.iter().enumerate().filter_map(curve).collect()
+}
+
+/// Steps to draw: all, or the last and others evenly before it.
+fn choose(n: usize) -> Vec<usize> {
+    let m = n.min(STEPS);
+    (1..=m).map(|i| (i * n).div_ceil(m) - 1).collect()
+}
+
+/// Sides with something to draw: nodes that can touch, or pressure; if no side has, those with nodes.
+fn carriers(steps: &[&PairTables]) -> Vec<usize> {
+    let tables = |side: usize| steps.iter().filter_map(move |pair| pair.sides[side].as_ref());
+    let carries = |table: &SideTable| {
+        let presses = table.pressure.iter().any(|p| p.is_finite() && *p != 0.0);
+        table.status.iter().any(|status| *status != 0) || presses
+    };
+    let with = |test: &dyn Fn(&SideTable) -> bool| -> Vec<usize> {
+        (0..2).filter(|&side| tables(side).any(test)).collect()
+    };
+    let carriers = with(&carries);
+    if carriers.is_empty() { with(&|table| !table.s.is_empty()) } else { carriers }
+}
+
+/// The part of the coordinate that is worth drawing, m.
+pub(super) fn range(curves: &[Curve]) -> (f64, f64) {
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let around = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), s| (low.min(s), high.max(s)))
+    };
+    let (low, high) = around(&mut points().map(|point| point.s));
+    let touching = |point: &&Point| point.touches || point.pressure != 0.0;
+    let (from, to) = around(&mut points().filter(touching).map(|point| point.s));
+    // A small contact would be a needle: show it with as much beside it.
+    let margin = 0.5 * (to - from);
+    let (from, to) = if from < to { (low.max(from - margin), high.min(to + margin)) } else { (low, high) };
+    if from < to { (from, to) } else { (0.0, 1.0) }
+}
+
+/// The coordinate along `a` of each node of `b`: of the closest point of the polyline of `a`.
+fn along(a: &SideTable, b: &SideTable) -> Vec<f64> {
+    let closest = |x: &[f64; 3]| {
+        let mut best = (f64::INFINITY, f64::NAN);
+        for i in 1..a.s.len() {
+            let (p, q) = (a.x[i - 1], a.x[i]);
+            let d: [f64; 3] = std::array::from_fn(|k| q[k] - p[k]);
+            let length2: f64 = d.iter().map(|d| d * d).sum();
+            let dot: f64 = (0..3).map(|k| (x[k] - p[k]) * d[k]).sum();
+            let t = if length2 > 0.0 { (dot / length2).clamp(0.0, 1.0) } else { 0.0 };
+            let distance2: f64 = (0..3).map(|k| (p[k] + t * d[k] - x[k]).powi(2)).sum();
+            if distance2 < best.0 {
+                best = (distance2, a.s[i - 1] + t * (a.s[i] - a.s[i - 1]));
+            }
+        }
+        best.1
+    };
+    if a.s.len() < 2 { b.s.clone() } else { b.x.iter().map(closest).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(s: [f64; 3], x: [f64; 3], status: [i32; 3]) -> SideTable {
+        let zeros = vec![[0.0; 3]; 3];
+        SideTable {
+            s: s.to_vec(),
+            x: x.map(|x| [x, 0.0, 0.0]).to_vec(),
+            normal: zeros.clone(),
+            gap: vec![0.0; 3],
+            pressure: vec![0.0; 3],
+            force: zeros,
+            status: status.to_vec(),
+        }
+    }
+
+    #[test]
+    fn the_other_side_is_drawn_where_it_touches() {
+        let a = table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], [1; 3]);
+        let b = table([0.0, 1.0, 2.0], [2.0, 0.5, -1.0], [1; 3]);
+        assert_eq!(along(&a, &b), [2.0, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn a_side_without_contact_nodes_is_not_drawn() {
+        let side = |status| Some(table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], status));
+        let pair = |sides| PairTables { name: "p".into(), surfaces: ["a".into(), "b".into()], sides };
+        assert_eq!(carriers(&[&pair([side([0; 3]), side([0, 1, 2])])]), [1]);
+        assert_eq!(carriers(&[&pair([side([0; 3]), None])]), [0]);
+        assert_eq!(carriers(&[&pair([side([1; 3]), side([2; 3])])]), [0, 1]);
+        assert!(carriers(&[&pair([None, Some(SideTable::default())])]).is_empty());
+        let all_open = pair([side([0; 3]), None]);
+        assert_eq!(sides(&all_open)[0].points.len(), 3);
+    }
+
+    #[test]
+    fn a_line_ends_at_the_ends_of_the_range() {
+        let mut side = table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], [1; 3]);
+        side.pressure = vec![0.0, 2.0, 6.0];
+        let mut curve = Curve::new(0, String::new(), &side, (CURVES[0], 1, 1));
+        assert_eq!(curve.within(0.5, 1.5), [(0.5, 1.0), (1.0, 2.0), (1.5, 4.0)]);
+        curve.place(vec![2.0, 1.0, 0.0]);
+        assert_eq!(curve.within(0.5, 1.5), [(1.5, 1.0), (1.0, 2.0), (0.5, 4.0)]);
+        assert_eq!(curve.within(1.25, 1.5), [(1.5, 1.0), (1.25, 1.5)]);
+    }
+
+    #[test]
+    fn the_last_step_is_always_drawn() {
+        assert_eq!(choose(2), [0, 1]);
+        assert_eq!(choose(6), [0, 1, 2, 3, 4, 5]);
+        assert_eq!(choose(12), [1, 3, 5, 7, 9, 11]);
+        assert_eq!(choose(7).last(), Some(&6));
+        assert_eq!(choose(7).len(), 6);
+    }
+}

@@ -1,0 +1,180 @@
+//! What a driver found, end by end of the pairs, whichever driver it was.
+use super::rows::Pair;
+use crate::{
+    contact::{
+        Surface,
+        vector::{combine, dot},
+    },
+    output::{HistoryRow, Reason, SideTable},
+};
+
+/// The outcome of a load step, on the first rank of a group; mostly empty elsewhere.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    pub reason: Reason,
+    pub history: Vec<HistoryRow>,
+    pub updates: u64,
+    pub force_steps: u64,
+    pub displacement_steps: u64,
+    /// This rank's ends of pairs.
+    pub ends: Vec<EndFound>,
+    /// Penetration below this is none, m.
+    pub gap_threshold: f64,
+    /// "body\tmode" of rigid motions that nothing restrains and on which the loads do no work.
+    pub free_modes: Vec<String>,
+    pub diagnosis: Vec<String>,
+    pub warnings: Vec<String>,
+}
+
+/// One end of a pair.
+#[derive(Debug, Clone)]
+pub(super) struct EndFound {
+    pub pair: usize,
+    /// Side in the case: 0 is A.
+    pub side: usize,
+    /// True if the numbers of the pair are counted at this end.
+    pub counts: bool,
+    /// True if the pair's multipliers are on this end's side.
+    pub multiplier: bool,
+    pub table: SideTable,
+    pub normal_force: f64,
+    pub active: usize,
+    pub candidates: usize,
+    /// Nodes in contact without a single conjugate node: pointwise transfer of the relaxed driver only.
+    pub unmatched: usize,
+    /// Largest penetration of a candidate, and of a node beyond the candidates, m.
+    pub penetration: f64,
+    pub beyond: f64,
+    /// Largest |pressure x gap|, and the largest gap or travel, m.
+    pub complementarity: [f64; 2],
+}
+
+impl Found {
+    pub fn none() -> Found {
+        Found {
+            reason: Reason::NoContact,
+            history: Vec::new(),
+            updates: 0,
+            force_steps: 0,
+            displacement_steps: 0,
+            ends: Vec::new(),
+            gap_threshold: 0.0,
+            free_modes: Vec::new(),
+            diagnosis: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Puts the history and the counts of earlier geometries before its own.
+    pub fn prepend(&mut self, mut history: Vec<HistoryRow>, counts: (u64, u64, u64)) {
+        let (before, updates) = (history.len() as u64, counts.0);
+        for row in &mut self.history {
+            row.alternation += before;
+            row.update += updates;
+        }
+        history.append(&mut self.history);
+        self.history = history;
+        self.updates += counts.0;
+        self.force_steps += counts.1;
+        self.displacement_steps += counts.2;
+    }
+}
+
+impl EndFound {
+    /// The end with the multipliers: pressures and gaps are those of the rows.
+    pub fn of_multipliers(
+        surface: &Surface,
+        pair: usize,
+        side: usize,
+        data: &Pair,
+        force: &[f64],
+        gaps: &[f64],
+        active: &[bool],
+    ) -> EndFound {
+        let mut table = empty_table(surface);
+        let mut complementarity = [0.0_f64; 2];
+        for (j, row) in data.rows.iter().enumerate() {
+            let i = row.node as usize;
+            table.normal[i] = row.normal;
+            table.gap[i] = gaps[j];
+            table.pressure[i] = force[j] / row.area;
+            table.status[i] = if active[j] { 2 } else { 1 };
+            add_forces(&mut table, &row.terms[0], force[j]);
+            complementarity[0] = complementarity[0].max((table.pressure[i] * gaps[j]).abs());
+            complementarity[1] =
+                complementarity[1].max(gaps[j].abs()).max(row.gap.abs()).max((row.gap - gaps[j]).abs());
+        }
+        EndFound {
+            pair,
+            side,
+            counts: true,
+            multiplier: true,
+            table,
+            normal_force: force.iter().sum(),
+            active: active.iter().filter(|a| **a).count(),
+            candidates: data.rows.len(),
+            unmatched: 0,
+            penetration: gaps.iter().map(|g| -g).fold(0.0, f64::max),
+            beyond: 0.0,
+            complementarity,
+        }
+    }
+
+    /// The mortar end: nodal forces by the transposed operator; the pressure at a node is the mean of those of the rows
+    /// that it takes part in.
+    pub fn of_mortar(surface: &Surface, pair: usize, side: usize, data: &Pair, force: &[f64]) -> EndFound {
+        let mut table = empty_table(surface);
+        let mut shares = vec![[0.0; 2]; surface.nodes.len()];
+        for (row, force) in std::iter::zip(&data.rows, force) {
+            add_forces(&mut table, &row.terms[1], *force);
+            for (node, v) in &row.terms[1] {
+                let i = *node as usize;
+                let weight = dot(v, &row.normal).abs();
+                table.status[i] = table.status[i].max(if *force > 0.0 { 2 } else { 1 });
+                shares[i][0] += weight * force;
+                shares[i][1] += weight * row.area;
+            }
+        }
+        for (pressure, [force, area]) in
+            std::iter::zip(&mut table.pressure, shares).filter(|(_, s)| s[1] > 0.0)
+        {
+            *pressure = force / area;
+        }
+        EndFound {
+            pair,
+            side,
+            counts: false,
+            multiplier: false,
+            table,
+            normal_force: 0.0,
+            active: 0,
+            candidates: 0,
+            unmatched: 0,
+            penetration: 0.0,
+            beyond: 0.0,
+            complementarity: [0.0; 2],
+        }
+    }
+}
+
+/// A table of a surface without contact.
+pub(super) fn empty_table(surface: &Surface) -> SideTable {
+    let n = surface.nodes.len();
+    SideTable {
+        s: surface.s.clone(),
+        x: surface.points.clone(),
+        normal: surface.normals.clone(),
+        gap: vec![f64::NAN; n],
+        pressure: vec![0.0; n],
+        force: vec![[0.0; 3]; n],
+        status: vec![0; n],
+    }
+}
+
+/// Adds the force -f v_i at the nodes of a row.
+fn add_forces(table: &mut SideTable, terms: &[(u32, [f64; 3])], f: f64) {
+    for (node, v) in terms {
+        let sum = &mut table.force[*node as usize];
+        *sum = combine([(1.0, &*sum), (-f, v)]);
+    }
+}

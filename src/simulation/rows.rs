@@ -1,0 +1,236 @@
+//! Contact rows of the pairs, and the bodies' shares of them.
+use super::Plan;
+use crate::{
+    body::{BodyRow, Constraints},
+    case::{BodyRef, Case, Conjugate, ContactCase, Gap, Transfer},
+    contact::{Pairing, Row, Surface, mortar, vector::dot},
+    error::Result,
+    material::LinearElastic,
+    parallel::Exchange,
+    schwarz::{End, PairRows},
+};
+
+/// Default search distance as a share of the smaller surface's extent.
+const SEARCH: f64 = 0.1;
+
+/// A contact node whose free directions carry less than this share of the normal is held by its support.
+const HELD: f64 = 1e-6;
+
+/// A pair as the first rank of either group sees it.
+pub(super) struct Pair {
+    /// Side of the case (0: A) that carries the multipliers.
+    pub multiplier: usize,
+    /// Rows that may come into contact.
+    pub rows: Vec<Row>,
+    /// Rows beyond the search distance: they must not come to penetrate.
+    pub beyond: Vec<Row>,
+    /// Plane moduli of the bodies on the multiplier and the mortar side, Pa; infinite: rigid.
+    pub moduli: [f64; 2],
+    /// Nodes of the mortar surface that occur in the rows.
+    pub mortar_nodes: usize,
+    /// Outward displacement of a rigid mortar side at each row at factor 1, m.
+    pub rigid_motion: Vec<f64>,
+}
+
+/// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
+/// Not collective.
+pub(super) fn pair_rows(
+    case: &Case,
+    plan: &Plan,
+    surfaces: &[[Surface; 2]],
+    held: &[[Vec<bool>; 2]],
+) -> Vec<Option<Pair>> {
+    let mut pairs: Vec<Option<Pair>> = case.contacts.iter().map(|_| None).collect();
+    for (i, &(pair, side, _)) in plan.ends.iter().enumerate() {
+        if pairs[pair].is_none() {
+            let (mut sides, mut holds) = ([&surfaces[i][0], &surfaces[i][1]], [&held[i][0], &held[i][1]]);
+            if side == 1 {
+                sides.reverse();
+                holds.reverse();
+            }
+            pairs[pair] = Some(one_pair(case, plan, pair, sides, holds));
+        }
+    }
+    pairs
+}
+
+fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [&Vec<bool>; 2]) -> Pair {
+    let contact = &case.contacts[pair];
+    let moduli = [0, 1].map(|s| match contact.surfaces[s].body.deformable() {
+        Some(b) => LinearElastic::new(&case.bodies[b].material, case.analysis).plane_modulus(),
+        None => f64::INFINITY,
+    });
+    let multiplier = match moduli.iter().position(|m| m.is_infinite()) {
+        Some(rigid) => 1 - rigid,
+        None => mortar::multiplier_side(sides, moduli),
+    };
+    let (own, other) = (sides[multiplier], sides[1 - multiplier]);
+    let reach = search_distance(contact, own, other, moduli, plan.floating(case, pair));
+    let all = match case.alternation.transfer {
+        Transfer::Mortar => mortar::rows(own, other, &contact.gap, case.analysis.thickness(), f64::INFINITY),
+        Transfer::Pointwise => {
+            let rule = if contact.conjugate == Conjugate::Intersection {
+                contact.conjugate
+            } else {
+                Conjugate::ClosestPoint
+            };
+            let mut pairing = Pairing::new(sides, &contact.gap, rule);
+            let conjugates = std::mem::take(&mut pairing.conjugates[multiplier]);
+            crate::contact::pointwise(own, &conjugates, f64::INFINITY)
+        }
+    };
+    // A row that supports hold on both sides carries a support's force, not a contact's.
+    let held = [held[multiplier], held[1 - multiplier]];
+    let is_held = |row: &Row| {
+        (0..2).all(|s| {
+            row.terms[s].iter().all(|&(node, _)| held[s].get(node as usize).copied().unwrap_or(true))
+        })
+    };
+    let (rows, beyond): (Vec<Row>, Vec<Row>) =
+        all.into_iter().filter(|row| !is_held(row)).partition(|row| row.gap <= reach);
+    let mut nodes: Vec<u32> = rows.iter().flat_map(|r| r.terms[1].iter().map(|t| t.0)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let rigid = rigid_motion(case, pair, 1 - multiplier);
+    let rigid_motion = rows
+        .iter()
+        .map(|row| rigid.map_or(0.0, |u| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()))
+        .collect();
+    Pair {
+        multiplier,
+        rows,
+        beyond,
+        moduli: [moduli[multiplier], moduli[1 - multiplier]],
+        mortar_nodes: nodes.len(),
+        rigid_motion,
+    }
+}
+
+/// Motion of a rigid side of a pair at factor 1, m.
+pub(super) fn rigid_motion(case: &Case, pair: usize, side: usize) -> Option<[f64; 3]> {
+    match case.contacts[pair].surfaces[side].body {
+        BodyRef::Rigid(i) => Some(case.rigid[i].motion),
+        BodyRef::Deformable(_) => None,
+    }
+}
+
+fn search_distance(
+    contact: &ContactCase,
+    own: &Surface,
+    other: &Surface,
+    moduli: [f64; 2],
+    floating: bool,
+) -> f64 {
+    match (contact.search_distance, &contact.gap) {
+        (Some(distance), _) => distance,
+        (None, Gap::Value(_)) => f64::INFINITY,
+        // A force may move a body that only contact holds any distance.
+        (None, Gap::Geometry { .. }) if floating => f64::INFINITY,
+        (None, Gap::Geometry { .. }) if moduli.iter().any(|m| m.is_infinite()) => SEARCH * own.extent(),
+        (None, Gap::Geometry { .. }) => SEARCH * own.extent().min(other.extent()),
+    }
+}
+
+/// What the driver needs of this rank's ends, and each body's rows over its interface nodes.
+pub(super) struct Shares {
+    pub ends: Vec<End>,
+    pub rows: Vec<PairRows>,
+    /// Per body of this rank: mesh nodes that contact may reach, each once.
+    pub interface: Vec<Vec<u32>>,
+    /// Per body: its rows, in the order of its ends.
+    pub body_rows: Vec<Vec<BodyRow>>,
+}
+
+impl Shares {
+    /// Deals the rows of the pairs to this rank's bodies. `interface`: the nodes to refer to, if they are fixed already.
+    pub fn new(case: &Case, plan: &Plan, pairs: &[Option<Pair>], interface: Option<&[Vec<u32>]>) -> Shares {
+        let n_bodies = plan.groups.bodies().len();
+        let mut shares = Shares {
+            ends: Vec::new(),
+            rows: Vec::new(),
+            interface: interface.map_or_else(|| vec![Vec::new(); n_bodies], <[_]>::to_vec),
+            body_rows: vec![Vec::new(); n_bodies],
+        };
+        let mut places: Vec<std::collections::HashMap<u32, usize>> = shares
+            .interface
+            .iter()
+            .map(|nodes| nodes.iter().enumerate().map(|(i, &n)| (n, i)).collect())
+            .collect();
+        let thickness = case.analysis.thickness();
+        for (i, &(pair, side, body)) in plan.ends.iter().enumerate() {
+            let Some(data) = &pairs[pair] else { continue };
+            let place = plan.place(body);
+            let is_multiplier = side == data.multiplier;
+            let column = usize::from(!is_multiplier);
+            let first = shares.body_rows[place].len();
+            for row in &data.rows {
+                let terms = row.terms[column].iter().map(|&(node, v)| {
+                    let node = plan.surfaces[i].nodes[node as usize];
+                    let nodes = &mut shares.interface[place];
+                    let at = *places[place].entry(node).or_insert_with(|| {
+                        nodes.push(node);
+                        nodes.len() - 1
+                    });
+                    (at, v)
+                });
+                shares.body_rows[place].push(BodyRow { terms: terms.collect() });
+            }
+            let rows = first..shares.body_rows[place].len();
+            shares.ends.push(End { pair, multiplier: is_multiplier, body: place, rows });
+            shares.rows.push(match is_multiplier {
+                true => PairRows {
+                    gap: data.rows.iter().map(|row| row.gap).collect(),
+                    stiffness: thickness / (1.0 / data.moduli[0] + 1.0 / data.moduli[1]),
+                    compliance_ratio: data.moduli[1] / data.moduli[0],
+                    mortar_is_coarse: data.mortar_nodes < data.rows.len(),
+                },
+                false => PairRows::default(),
+            });
+        }
+        shares
+    }
+}
+
+/// Both surfaces of each end's pair, own side first. Collective on the roots.
+pub(super) fn both_surfaces(
+    case: &Case,
+    plan: &Plan,
+    exchange: &Exchange,
+    own: &[Surface],
+) -> Vec<[Surface; 2]> {
+    let packed: Vec<Vec<f64>> = own.iter().map(Surface::pack).collect();
+    let received = exchange.swap(&packed);
+    std::iter::zip(own, received)
+        .zip(&plan.ends)
+        .map(|((own, received), &(pair, side, _))| {
+            let other = match plan.rigid_surface(case, pair, 1 - side) {
+                Some(rigid) => rigid,
+                None => Surface::unpack(&received),
+            };
+            [own.clone(), other]
+        })
+        .collect()
+}
+
+/// Per end: which nodes of both surfaces a support holds along the normal. Collective on the roots.
+pub(super) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<bool>; 2]>> {
+    let mut own = Vec::new();
+    for (surface, &(_, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
+        let mesh = &plan.meshes[plan.place(body)];
+        let constraints = Constraints::new(&case.bodies[body], mesh)?;
+        let is_held = |(node, normal): (&u32, &[f64; 3])| {
+            constraints.0.get(node).is_some_and(|support| {
+                let free = support.free_part(normal, mesh.dim);
+                dot(&free, &free).sqrt() < HELD
+            })
+        };
+        own.push(std::iter::zip(&surface.nodes, &surface.normals).map(is_held).collect::<Vec<bool>>());
+    }
+    let out: Vec<Vec<f64>> =
+        own.iter().map(|held| held.iter().map(|h| f64::from(u8::from(*h))).collect()).collect();
+    let received = exchange.swap(&out);
+    // Of a rigid surface nothing is received: all its nodes are held.
+    Ok(std::iter::zip(own, received)
+        .map(|(own, other)| [own, other.iter().map(|h| *h > 0.5).collect()])
+        .collect())
+}
