@@ -87,7 +87,8 @@ pub fn values(summary: &Value, numbers: &[Number]) -> Vec<String> {
 
 /// Agreement between numbers of ranks, to 1e-8.
 pub fn ranks(one: &Value, other: &Value) -> Vec<Ratio> {
-    let mut ratios = differences(one, other, &Factors::ONE, &["normal_force", "max_pressure", "contact_length"]);
+    let mut ratios =
+        differences(one, other, &Factors::ONE, &["normal_force", "max_pressure", "contact_length"]);
     ratios.iter_mut().for_each(|r| {
         r.name = format!("ranks: {}", r.name);
         r.ratio /= 1e-8;

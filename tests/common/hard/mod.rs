@@ -6,7 +6,6 @@ mod compare;
 mod expected;
 mod results;
 
-
 use crate::common::mpirun;
 pub use compare::Ratio;
 use expected::{Expected, Run};
@@ -99,6 +98,15 @@ pub fn unmatched() -> Vec<String> {
         faults.extend(surplus.map(|name| format!("{}: no variant {name}", directory.display())));
     }
     faults
+}
+
+/// Cases that do not read although they are not there to be refused; a fault a line.
+pub fn unreadable() -> Vec<String> {
+    let read = |item: &Item| {
+        let error = kontakt::case::read(&item.directory, item.run.variant.as_deref(), &[]).err()?;
+        (item.run.outcome != "refused").then(|| format!("{}: {error}", item.name))
+    };
+    items(false, "").iter().filter_map(read).collect()
 }
 
 /// `kontakt run` on `ranks` ranks.
@@ -210,7 +218,8 @@ fn outcome_faults(found: &Outcome, run: &Run) -> Vec<String> {
         faults.push(format!("{} free modes: {}", modes.len(), listed.join(", ")));
     }
     if let [body, mode] = &run.mode[..] {
-        let is = |m: &Value| m["body"] == body.as_str() && m["mode"].as_str().is_some_and(|t| t.contains(mode));
+        let is =
+            |m: &Value| m["body"] == body.as_str() && m["mode"].as_str().is_some_and(|t| t.contains(mode));
         if !modes.iter().any(is) {
             faults.push(format!("{mode} of {body} is not among the free modes"));
         }

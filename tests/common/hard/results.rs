@@ -60,7 +60,9 @@ fn profile(wanted: &Profile, side: &SideTable, faults: &mut Vec<String>) {
         let off = closed.map(|(found, _)| *found).filter(|found| differs(*found, p));
         if let Some(worst) = off.max_by(|a, b| (a - p).abs().total_cmp(&(b - p).abs())) {
             let error = (worst - p).abs() / p.abs();
-            faults.push(format!("pair {pair}: pressure {worst:.6e}, not {p:.6e} (off by {error:.1e}, relative)"));
+            faults.push(format!(
+                "pair {pair}: pressure {worst:.6e}, not {p:.6e} (off by {error:.1e}, relative)"
+            ));
         }
     }
     for (&x, &p) in std::iter::zip(&wanted.at, &wanted.pressure) {
@@ -68,7 +70,9 @@ fn profile(wanted: &Profile, side: &SideTable, faults: &mut Vec<String>) {
             Some(found) if !differs(found, p) => {}
             Some(found) => {
                 let error = (found - p).abs() / p.abs();
-                faults.push(format!("pair {pair}: pressure {found:.5e} at x = {x}, not {p:.5e} (off by {error:.1e})"));
+                faults.push(format!(
+                    "pair {pair}: pressure {found:.5e} at x = {x}, not {p:.5e} (off by {error:.1e})"
+                ));
             }
             None => faults.push(format!("pair {pair}: no surface at x = {x}")),
         }
