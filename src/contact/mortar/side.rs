@@ -5,11 +5,19 @@ use super::segments::{Edge, Segments};
 /// Relative differences below this do not count.
 const EQUAL: f64 = 1e-6;
 
-/// The side of a pair that carries the multipliers: that with the finer facets where the surfaces face each other; of
-/// two equally fine ones the softer body; of two equally soft ones side 0. `moduli` of the bodies, Pa.
+/// A body this much stiffer is as good as rigid, and like a rigid one carries no multipliers: pressures that only it
+/// can resist would have no digits left.
+const RIGID: f64 = 100.0;
+
+/// The side of a pair that carries the multipliers: that with the finer facets where the surfaces face each other,
+/// unless its body is by far the stiffer one; of two equally fine ones the softer body; of two equally soft ones side 0.
+/// `moduli` of the bodies, Pa.
 ///
 /// The choice follows the bodies, not the order in which they are named, and round-off cannot change it.
 pub fn multiplier_side(surfaces: [&Surface; 2], moduli: [f64; 2]) -> usize {
+    if moduli[0].max(moduli[1]) > RIGID * moduli[0].min(moduli[1]) {
+        return usize::from(moduli[1] < moduli[0]);
+    }
     let sizes = [facing_size(surfaces[0], surfaces[1]), facing_size(surfaces[1], surfaces[0])];
     smaller(sizes).or_else(|| smaller(moduli)).unwrap_or(0)
 }
