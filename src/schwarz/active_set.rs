@@ -428,6 +428,11 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         self.coupling.exchange.max(&[f64::from(u8::from(self.active.contains(&true)))])[0] > 0.0
     }
 
+    /// What the contact forces change of gap `j`, but for rigid motions: the elastic approach, m.
+    pub fn elastic_at(&self, j: usize) -> f64 {
+        (self.gap[j] - self.g_free[j]).abs()
+    }
+
     /// Penetration below this is none, m.
     pub fn gap_threshold(&self) -> f64 {
         let mut largest = [0.0_f64; 2];

@@ -81,14 +81,15 @@ impl Found {
 }
 
 impl EndFound {
-    /// The end with the multipliers: pressures and gaps are those of the rows.
+    /// The end with the multipliers: pressures and gaps are those of the rows. `elastic`: what the contact forces
+    /// change of each gap; where all nodes touch from the start, there is no other length to measure a gap by.
     pub fn of_multipliers(
         surface: &Surface,
         pair: usize,
         side: usize,
         data: &Pair,
         force: &[f64],
-        gaps: &[f64],
+        [gaps, elastic]: [&[f64]; 2],
         active: &[bool],
     ) -> EndFound {
         let mut table = empty_table(surface);
@@ -101,8 +102,8 @@ impl EndFound {
             table.status[i] = if active[j] { 2 } else { 1 };
             add_forces(&mut table, &row.terms[0], force[j]);
             complementarity[0] = complementarity[0].max((table.pressure[i] * gaps[j]).abs());
-            complementarity[1] =
-                complementarity[1].max(gaps[j].abs()).max(row.gap.abs()).max((row.gap - gaps[j]).abs());
+            let lengths = [gaps[j].abs(), row.gap.abs(), (row.gap - gaps[j]).abs(), elastic[j]];
+            complementarity[1] = lengths.into_iter().fold(complementarity[1], f64::max);
         }
         EndFound {
             pair,
