@@ -82,11 +82,19 @@ def body(name, y0, height, nx, ny, phase):
     surface_y = y[0] if y0 > 0 else y[ny]
     for i in range(1, nx, 2):
         k = inner * (nx + 1) + i
-        flat[k] = (flat[k][0], surface_y + (flat[k][1] - surface_y) * 0.008)
+        flat[k] = (moved[k + (nx + 1) * (-1 if y0 > 0 else 1)][0], surface_y + (flat[k][1] - surface_y) * 0.008)
     for kind, cells, points in [("quad", quads, moved), ("tri", triangles(quads), flat)]:
         for order in (1, 2):
             n, c, s = (points, cells, surfaces) if order == 1 else second_order(points, cells, surfaces)
+            assert all(area([n[i] for i in cell[: 3 if kind == "tri" else 4]]) > 0 for cell in c)
             write(HERE / "distorted" / f"{name}-{kind}{order}.msh", n, {name: (kind, order, c)}, s)
+
+
+def area(points):
+    """The smallest of the areas of the corners: not positive in a cell that is turned over."""
+    corner = lambda a, b, c: (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    n = len(points)
+    return min(corner(points[i - 1], points[i], points[(i + 1) % n]) for i in range(n))
 
 
 def bad():

@@ -175,7 +175,11 @@ pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
         row.faults.extend(faults.into_iter().map(|fault| format!("sides swapped: {fault}")));
     }
     let violated = ratios.iter().filter(|r| r.ratio.is_nan() || r.ratio > 1.0);
-    row.faults.extend(violated.map(|r| format!("{} at {:.2e} of its limit", r.name, r.ratio)));
+    let mut violated: Vec<String> =
+        violated.map(|r| format!("{} at {:.1e} of its limit", r.name, r.ratio)).collect();
+    violated.sort_unstable();
+    violated.dedup();
+    row.faults.extend(violated);
     row.worst = ratios.into_iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
     row.ok = row.faults.is_empty();
     row
@@ -235,7 +239,7 @@ fn numbers(found: &Outcome, item: &Item, ratios: &mut Vec<Ratio>) -> Vec<String>
     if let Some(most) = run.alternations_max.filter(|most| alternations > *most) {
         faults.push(format!("{alternations} alternations, more than {most}"));
     }
-    faults.extend(results::check(found.directory.path(), run, ratios));
+    faults.extend(results::check(found.directory.path(), &found.summary, run, ratios));
     for same in &run.same {
         let other = same.case.as_ref().map_or(item.directory.clone(), |case| root().join(case));
         let reference = start(&other, same.variant.as_deref(), 1, &[]);

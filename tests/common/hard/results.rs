@@ -3,10 +3,11 @@ use super::compare::Ratio;
 use super::expected::{Profile, Run, Slope};
 use kontakt::output::{RESULT, Results, SideTable};
 use rstar::{RTree, primitives::GeomWithData};
+use serde_json::Value;
 use std::path::Path;
 
 /// Profiles, slopes and symmetry of a run; returns what is wrong.
-pub fn check(directory: &Path, run: &Run, ratios: &mut Vec<Ratio>) -> Vec<String> {
+pub fn check(directory: &Path, summary: &Value, run: &Run, ratios: &mut Vec<Ratio>) -> Vec<String> {
     if run.profile.is_empty() && run.slope.is_empty() && run.symmetric.is_none() {
         return Vec::new();
     }
@@ -16,13 +17,13 @@ pub fn check(directory: &Path, run: &Run, ratios: &mut Vec<Ratio>) -> Vec<String
     };
     let mut faults = Vec::new();
     for wanted in &run.profile {
-        match side(&results, &wanted.pair) {
+        match side(&results, summary, &wanted.pair) {
             Some(side) => profile(wanted, side, &mut faults),
             None => faults.push(format!("pair {} has no pressures", wanted.pair)),
         }
     }
     for wanted in &run.slope {
-        match side(&results, &wanted.pair) {
+        match side(&results, summary, &wanted.pair) {
             Some(side) => faults.extend(slope(wanted, side)),
             None => faults.push(format!("pair {} has no pressures", wanted.pair)),
         }
@@ -36,17 +37,11 @@ pub fn check(directory: &Path, run: &Run, ratios: &mut Vec<Ratio>) -> Vec<String
     faults
 }
 
-/// The side of a pair that has the pressures: with most candidates, side A of equals.
-fn side<'a>(results: &'a Results, pair: &str) -> Option<&'a SideTable> {
-    let pair = results.pairs.iter().find(|p| p.name == pair)?;
-    let candidates = |side: &SideTable| side.status.iter().filter(|s| **s > 0).count();
-    let [a, b] = [0, 1].map(|s| pair.sides[s].as_ref());
-    let side = match (a, b) {
-        (Some(a), Some(b)) if candidates(b) > candidates(a) => b,
-        (Some(a), _) => a,
-        (None, b) => b?,
-    };
-    (candidates(side) > 0).then_some(side)
+/// The side of a pair that carries the multipliers.
+fn side<'a>(results: &'a Results, summary: &Value, pair: &str) -> Option<&'a SideTable> {
+    let listed = summary["pairs"].as_array()?.iter().find(|p| p["name"] == pair)?;
+    let side = usize::from(listed["multiplier_side"] == "b");
+    results.pairs.iter().find(|p| p.name == pair)?.sides[side].as_ref().filter(|side| !side.x.is_empty())
 }
 
 fn profile(wanted: &Profile, side: &SideTable, faults: &mut Vec<String>) {
