@@ -87,8 +87,9 @@ struct Overlap<'a> {
     own: [DMatrix<f64>; 3],
     /// The same with the shape functions of the nodes opposite.
     mixed: [DMatrix<f64>; 3],
-    /// int b g dA.
+    /// int b g dA, and int b (n - n_1) dA by component, n_1 at the edge's first node.
     gap: DVector<f64>,
+    mean: [DVector<f64>; 3],
     /// Share of each node's B, integrated over the whole edge, that has a partner.
     shares: Vec<f64>,
     /// Partners reach the edge's ends.
@@ -111,6 +112,7 @@ impl<'a> Overlap<'a> {
             found.iter().flat_map(|s| mortar.facets[s.facet].iter().copied()).collect();
         opposite.sort_unstable();
         opposite.dedup();
+        let mut mean = [(); 3].map(|()| DVector::zeros(n));
         let mut part = Part::new(n, span);
         let zeros = |columns: usize| [(); 3].map(|()| DMatrix::zeros(n, columns));
         let (mut own, mut mixed, mut gap) = (zeros(n), zeros(opposite.len()), DVector::zeros(n));
@@ -130,6 +132,7 @@ impl<'a> Overlap<'a> {
                 gap.axpy(area * distance, &b, 1.0);
                 let ((shape, _), (own_shape, _)) = (line_shape(nodes.len(), eta), line_shape(n, xi));
                 for c in 0..3 {
+                    mean[c].axpy(area * (normal[c] - edge.normals[0][c]), &b, 1.0);
                     for (i, n_i) in own_shape.into_iter().enumerate().take(n) {
                         own[c].column_mut(i).axpy(area * n_i * normal[c], &b, 1.0);
                     }
@@ -146,7 +149,7 @@ impl<'a> Overlap<'a> {
         }
         let shares = part.areas().iter().zip(whole).map(|(area, whole)| area / whole).collect();
         let reaches = [span[0] <= -1.0 + 2.0 * SLIVER, span[1] >= 1.0 - 2.0 * SLIVER];
-        Some(Overlap { edge, part, opposite, own, mixed, gap, shares, reaches })
+        Some(Overlap { edge, part, opposite, own, mixed, gap, mean, shares, reaches })
     }
 
     /// The edge's two end nodes.
@@ -162,6 +165,7 @@ impl<'a> Overlap<'a> {
         let gap = &dual.functions * &self.gap;
         // D_j as the functions themselves give it, so that round-off in them cancels.
         let area = &dual.functions * self.part.total();
+        let mean = self.mean.each_ref().map(|m| &dual.functions * m);
         let add = |sum: &mut [f64; 3], m: &[DMatrix<f64>; 3], at: (usize, usize), sign: f64| {
             (0..3).for_each(|c| sum[c] += sign * m[c][at]);
         };
@@ -169,6 +173,7 @@ impl<'a> Overlap<'a> {
             let sum = sums.entry(nodes[i]).or_default();
             sum.area += area[k];
             sum.gap += gap[k];
+            (0..3).for_each(|c| sum.mean[c] += area[k] * self.edge.normals[0][c] + mean[c][k]);
             sum.normal = combine([(1.0, &sum.normal), (dual.area[k], &self.edge.normals[i])]);
             for (j, &node) in nodes.iter().enumerate() {
                 add(sum.terms[0].entry(node).or_default(), &own, (k, j), 1.0);
@@ -185,6 +190,8 @@ impl<'a> Overlap<'a> {
 struct Sums {
     terms: [BTreeMap<u32, [f64; 3]>; 2],
     normal: [f64; 3],
+    /// int psi n dA: what the vectors of each side add up to.
+    mean: [f64; 3],
     gap: f64,
     area: f64,
 }
@@ -203,17 +210,20 @@ impl Sums {
             let kept = terms.into_iter().filter(|(_, v)| norm(v) >= size);
             kept.map(|(node, v)| (node, v.map(|c| c / self.area))).collect()
         });
-        balance(&mut terms);
+        balance(&mut terms, &self.mean.map(|c| c / self.area));
         Some(Row { node, terms, normal: unit(&self.normal), gap, area: self.area * thickness })
     }
 }
 
-/// Makes the vectors of the two sides cancel to round-off, as their integrals do: action equals reaction.
-fn balance(terms: &mut [Vec<(u32, [f64; 3])>; 2]) {
-    let sum = combine(terms.iter().flatten().map(|(_, v)| (1.0, v)));
-    let largest = terms[1].iter_mut().max_by(|a, b| norm(&a.1).total_cmp(&norm(&b.1)));
-    if let Some((_, v)) = largest {
-        *v = sub(v, &sum);
+/// Makes the vectors add up to `mean` on the multiplier side and to its opposite on the other to round-off, as their
+/// integrals do, however much cancels in them: action equals reaction, and rigid motion is exact.
+fn balance(terms: &mut [Vec<(u32, [f64; 3])>; 2], mean: &[f64; 3]) {
+    for (side, sign) in std::iter::zip(terms, [1.0, -1.0]) {
+        let sum = combine(side.iter().map(|(_, v)| (1.0, v)));
+        let missing = sub(&mean.map(|m| sign * m), &sum);
+        if let Some((_, v)) = side.iter_mut().max_by(|a, b| norm(&a.1).total_cmp(&norm(&b.1))) {
+            *v = combine([(1.0, &*v), (1.0, &missing)]);
+        }
     }
 }
 
