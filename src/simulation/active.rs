@@ -33,7 +33,7 @@ pub(super) struct Active {
     pub search_seconds: f64,
 }
 
-struct Contacts {
+pub(super) struct Contacts {
     pairs: Vec<Option<Pair>>,
     shares: Shares,
     held: Vec<[Vec<bool>; 2]>,
@@ -351,7 +351,35 @@ struct Task<'t, 'e> {
 }
 
 impl Contacts {
-    fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
+    /// Number of nodes of a body of this rank that contact may reach.
+    pub fn interface_nodes(&self, place: usize) -> usize {
+        self.shares.interface[place].len()
+    }
+
+    /// A line on each pair whose multipliers are here.
+    pub fn outlook(&self, case: &Case) -> Vec<String> {
+        let ends = ends_with_rows(&self.shares.ends, &self.pairs);
+        ends.map(|(end, rows)| {
+            let contact = &case.contacts[end.pair];
+            let side = self.pairs[end.pair].as_ref().map_or(0, |p| p.multiplier);
+            let name = &contact.surfaces[side];
+            let geometry = match contact.geometry {
+                ContactGeometry::Initial => "initial",
+                ContactGeometry::Updated => "updated",
+            };
+            format!(
+                "contact {}: {} rows, multipliers on {}.{}, frictionless, {} transfer, {geometry} geometry",
+                contact.name,
+                rows.len(),
+                case.body_name(name.body),
+                name.surface,
+                super::outlook::transfer_name(case.alternation.transfer),
+            )
+        })
+        .collect()
+    }
+
+    pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
         for contact in case.contacts.iter().filter(|c| c.geometry == ContactGeometry::Updated) {
             if let Gap::Value(_) = contact.gap {
                 return Err(contact.origin.error(

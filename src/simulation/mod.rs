@@ -4,12 +4,14 @@ mod checks;
 mod fields;
 mod found;
 mod outline;
+mod outlook;
 mod pairs;
 mod plan;
 mod relaxed;
 mod rows;
 mod text;
 
+pub use outlook::outlook;
 pub use plan::{Plan, build_mesh};
 pub use relaxed::Interface;
 
