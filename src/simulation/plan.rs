@@ -182,9 +182,8 @@ impl Plan {
     /// Outlines of the rigid bodies, for the picture, moved by `supports` times their motion. Collective.
     pub(super) fn outlines(&self, case: &Case, supports: f64) -> Vec<Outline> {
         let xy = |p: &[f64; 3]| [p[0], p[1]];
-        let distance = |p: &[f64; 3], q: &[f64; 3]| {
-            crate::contact::vector::norm(&crate::contact::vector::sub(p, q))
-        };
+        let distance =
+            |p: &[f64; 3], q: &[f64; 3]| crate::contact::vector::norm(&crate::contact::vector::sub(p, q));
         case.rigid
             .iter()
             .map(|rigid| {
