@@ -254,7 +254,9 @@ fn displacement_steps_invert_force_steps() {
         for scene in scenes() {
             for kind in [ResponseKind::Condensed, ResponseKind::Solver] {
                 let mut body = scene.body(group, kind);
-                let rows = if group.rank() == 0 { scene.rows(false) } else { Vec::new() };
+                let mut rows = if group.rank() == 0 { scene.rows(false) } else { Vec::new() };
+                // Vectors need not be of length 1.
+                rows.iter_mut().step_by(2).for_each(|row| row.terms[0].1 = row.terms[0].1.map(|v| 1.3 * v));
                 let mut response = body.respond(group, rows).unwrap();
                 let condensed = kind == ResponseKind::Condensed;
                 drive(group, &mut response, |r| {

@@ -175,6 +175,14 @@ impl Body {
     }
 }
 
+impl Body {
+    /// Displacements at chosen mesh nodes, m, from those at the owned nodes; on the first rank, empty elsewhere.
+    /// Collective.
+    pub fn at_nodes(&self, group: &SimpleCommunicator, owned: &[f64], nodes: &[u32]) -> Vec<[f64; 3]> {
+        Observed::new(self, group, nodes).read(group, owned, self.dim())
+    }
+}
+
 /// Where the observed nodes are, and how their values reach the first rank.
 struct Observed {
     /// This rank's owned observed nodes, by owned index, in the order of the observed nodes.

@@ -1,10 +1,10 @@
 //! The displacement step of a body that answers by its solver: normal displacements prescribed at all nodes of its rows,
 //! with a matrix and a factorisation of its own that no change of the contact set touches.
 //!
-//! A row of one node with coefficient 1 is prescribed as it is. A node of several rows takes the mean of their values,
-//! weighted by |c|, v = W inward, and each row gets W' of the nodes' reactions: the operator W' S W is symmetric and
-//! positive semi-definite, and sum R is the sum of the reactions.
-use super::{Constraints, NodeConstraint, Solver};
+//! A row of one node is prescribed as it is. A node of several rows takes the mean of their values per unit of the row,
+//! weighted by the size of the row's vector at the node, W inward, and each row gets W' of the nodes' reactions: the
+//! operator W' S W is symmetric and positive semi-definite, and the sum of R is the sum of the reactions.
+use super::{BodyRow, Constraints, NodeConstraint, Solver};
 use crate::{
     contact::vector::{self, combine, dot, norm},
     error::{Error, Result},
@@ -21,6 +21,9 @@ const SAME: f64 = 0.7;
 
 /// A direction of which supports leave less than this cannot be prescribed.
 const HELD: f64 = 0.1;
+
+/// The vectors of a row add up to about 1; a row of less than this has no direction.
+const VOID: f64 = 0.1;
 
 /// Modes that the prescribed directions hold less than this, relative to the best held, need a fixing.
 const LOOSE: f64 = 1e-6;
@@ -126,6 +129,7 @@ struct Bundle {
 /// Directions and weights at the nodes of all rows.
 fn prescribed_nodes(solver: &Solver) -> Vec<Prescribed> {
     let dim = solver.model.part.dim;
+    let units: Vec<f64> = solver.values.rows.iter().map(unit_of).collect();
     let mut terms: BTreeMap<usize, Vec<(usize, [f64; 3])>> = BTreeMap::new();
     for (j, row) in solver.values.rows.iter().enumerate() {
         for (node, v) in row.terms.iter().filter(|(_, v)| norm(v) > 0.0) {
@@ -160,7 +164,7 @@ fn prescribed_nodes(solver: &Solver) -> Vec<Prescribed> {
                 continue;
             }
             let total: f64 = rows.iter().map(|(_, w)| w).sum();
-            rows.iter_mut().for_each(|(_, w)| *w /= total);
+            rows.iter_mut().for_each(|(row, w)| *w /= total * units[*row]);
             p.directions.push(free);
             p.rows.push(rows);
         }
@@ -171,6 +175,12 @@ fn prescribed_nodes(solver: &Solver) -> Vec<Prescribed> {
         nodes.push(p);
     }
     nodes
+}
+
+/// Displacement of a row when all its nodes move by 1 along it.
+fn unit_of(row: &BodyRow) -> f64 {
+    let size = norm(&combine(row.terms.iter().map(|(_, v)| (1.0, v))));
+    if size < VOID { 1.0 } else { size }
 }
 
 /// Directions to hold by mesh node: the prescribed ones, and fixings for the modes that these leave loose. The first

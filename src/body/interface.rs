@@ -5,7 +5,7 @@ use mpi::{topology::SimpleCommunicator, traits::*};
 use std::collections::HashMap;
 
 /// A contact row of a body: its outward displacement is the sum of v . u over the terms, and a compressive force R acts
-/// with -R v, v = c_i n at interface node i (n: outward unit normal of this body).
+/// with -R v at its nodes. The vectors v point out of the body and add up to about a unit vector.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BodyRow {
     /// Index among the interface nodes given to [`Body::new`](super::Body::new), and v.

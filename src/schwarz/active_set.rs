@@ -344,7 +344,6 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Inner> {
         self.update_alpha(projector);
-        let n = self.coupling.n;
         let mut r = self.residual_vector();
         let mut direction: Option<(Vec<f64>, Vec<f64>, f64)> = None;
         let mut best = (f64::INFINITY, 0);
@@ -367,9 +366,9 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             let mut z = self.coupling.displacement_step(&r, &self.active, &self.lead)?;
             let pushed = self.coarse.restrict(self.coupling.exchange, |j| z[j]);
             let a = projector.solve(&pushed);
-            for j in 0..n {
-                z[j] =
-                    if self.active[j] { z[j] - self.coarse.scaling(j) * self.coarse.at(j, &a) } else { 0.0 };
+            for (j, z) in z.iter_mut().enumerate() {
+                let rigid = self.coarse.scaling(j) * self.coarse.at(j, &a);
+                *z = if self.active[j] { *z - rigid } else { 0.0 };
             }
             let mut p = z.clone();
             if let Some((p_old, r_old, rz_old)) = &direction {

@@ -18,6 +18,9 @@ use std::time::Instant;
 /// Updates of the geometry after which a step gives up.
 const GEOMETRY_UPDATES: usize = 30;
 
+/// Turning of a surface in contact, rad, from which a user is told that the initial geometry does not hold.
+const TURNED: f64 = 0.05;
+
 /// The bodies of this rank's group, and the contact rows as its first rank holds them.
 pub(super) struct Active {
     pub bodies: Vec<Body>,
@@ -156,8 +159,69 @@ impl Active {
         let recovering = Instant::now();
         let nodal = self.recover(plan, &geometry.solution)?;
         self.clock.recover += recovering.elapsed().as_secs_f64();
+        self.look_beyond(case, plan, exchange, factors, &nodal, &mut found);
+        found.warnings = super::text::gather_lines(&plan.groups.world, &found.warnings);
         self.clock.step += start.elapsed().as_secs_f64();
         Ok((found, nodal))
+    }
+
+    /// Penetration of the rows beyond the search distance, and whether the surfaces have turned too far for the normals
+    /// they had before. Collective.
+    fn look_beyond(
+        &self,
+        case: &Case,
+        plan: &Plan,
+        exchange: &Exchange,
+        factors: LoadFactors,
+        nodal: &[Nodal],
+        found: &mut Found,
+    ) {
+        let mut moved = Vec::new();
+        for (surface, &(_, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
+            let place = plan.place(body);
+            let u =
+                self.bodies[place].at_nodes(&plan.groups.group, &nodal[place].displacement, &surface.nodes);
+            moved.push(u);
+        }
+        let Some(contacts) = &self.contacts else { return };
+        let outward = |i: usize, row: &Row, side: usize| -> f64 {
+            row.terms[side].iter().map(|(node, v)| dot(v, &moved[i][*node as usize])).sum()
+        };
+        let own: Vec<Vec<f64>> = std::iter::zip(&contacts.shares.ends, 0..)
+            .map(|(end, i)| {
+                let rows = contacts.pairs[end.pair].as_ref().map_or(&[][..], |p| &p.beyond);
+                rows.iter().map(|row| outward(i, row, usize::from(!end.multiplier))).collect()
+            })
+            .collect();
+        let received = exchange.swap(&own);
+        for (i, end) in contacts.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+            let Some(pair) = &contacts.pairs[end.pair] else { continue };
+            let rigid = super::rows::rigid_motion(case, end.pair, 1 - pair.multiplier);
+            for (j, row) in pair.beyond.iter().enumerate() {
+                let other = match rigid {
+                    Some(u) => factors.supports * row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum::<f64>(),
+                    None => received[i][j],
+                };
+                found.ends[i].beyond = found.ends[i].beyond.max(own[i][j] + other - row.gap);
+            }
+            if case.contacts[end.pair].geometry == ContactGeometry::Initial {
+                let (before, surface) = (&plan.surfaces[i], plan.surfaces[i].moved(&moved[i]));
+                let status = &found.ends[i].table.status;
+                let turned = (0..status.len()).filter(|&n| status[n] == 2).map(|n| {
+                    let [a, b] = [&before.normals[n], &surface.normals[n]];
+                    (1.0 - dot(a, b).powi(2)).max(0.0).sqrt()
+                });
+                let turned = turned.fold(0.0, f64::max);
+                if turned > TURNED {
+                    found.warnings.push(format!(
+                        "contact '{}': the surface turns by up to {:.1} degrees where it touches, which normals and gaps of the \
+                         initial geometry do not follow: use geometry = \"updated\"",
+                        case.contacts[end.pair].name,
+                        turned.asin().to_degrees()
+                    ));
+                }
+            }
+        }
     }
 
     /// Runs the driver on the first ranks; the others serve bodies that answer by their solver. Collective.
@@ -203,7 +267,6 @@ impl Active {
         super::share_outcome(world, &mut found.reason, [0; 4]);
         found.free_modes = super::text::gather_lines(world, &found.free_modes);
         found.diagnosis = super::text::gather_lines(world, &found.diagnosis);
-        found.warnings = super::text::gather_lines(world, &found.warnings);
         Ok((found, solution))
     }
 

@@ -1,9 +1,6 @@
 //! Invariants every run must satisfy, measured on the run itself.
-use crate::{
-    body::Balance,
-    output::{self, PairTables},
-    parallel,
-};
+use super::found::EndFound;
+use crate::{body::Balance, output, parallel};
 use mpi::topology::SimpleCommunicator;
 
 /// Sum of a balance over the group.
@@ -52,7 +49,7 @@ pub(super) fn worst(a: output::Checks, b: output::Checks) -> output::Checks {
 pub(super) fn checks(
     balances: &[Balance],
     pairs: &[output::PairSummary],
-    tables: &[PairTables],
+    ends: &[EndFound],
     world: &SimpleCommunicator,
 ) -> output::Checks {
     let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
@@ -63,7 +60,7 @@ pub(super) fn checks(
         worst[1] = worst[1].max(ratio(resultant, b.scale[0])).max(ratio(b.moment.abs(), b.scale[1]));
         worst[2] = worst[2].max(ratio((b.work[0] - b.work[1]).abs(), b.work[2].max(b.work[0].abs())));
     }
-    for side in tables.iter().flat_map(|t| t.sides.iter().flatten()) {
+    for side in ends.iter().filter(|end| end.counts).map(|end| &end.table) {
         let largest = side.pressure.iter().copied().fold(0.0, f64::max);
         let lowest = side.pressure.iter().copied().fold(0.0, f64::min);
         worst[3] = worst[3].max(ratio(-lowest, largest));

@@ -120,20 +120,25 @@ impl EndFound {
         }
     }
 
-    /// The mortar end: nodal forces by the transposed operator, pressures over the tributary areas.
+    /// The mortar end: nodal forces by the transposed operator; the pressure at a node is the mean of those of the rows
+    /// that it takes part in.
     pub fn of_mortar(surface: &Surface, pair: usize, side: usize, data: &Pair, force: &[f64]) -> EndFound {
         let mut table = empty_table(surface);
-        let mut normal_forces = vec![0.0; surface.nodes.len()];
+        let mut shares = vec![[0.0; 2]; surface.nodes.len()];
         for (row, force) in std::iter::zip(&data.rows, force) {
             add_forces(&mut table, &row.terms[1], *force);
             for (node, v) in &row.terms[1] {
                 let i = *node as usize;
+                let weight = dot(v, &row.normal).abs();
                 table.status[i] = table.status[i].max(if *force > 0.0 { 2 } else { 1 });
-                normal_forces[i] -= dot(v, &row.normal) * force;
+                shares[i][0] += weight * force;
+                shares[i][1] += weight * row.area;
             }
         }
-        for (i, force) in normal_forces.iter().enumerate() {
-            table.pressure[i] = force / surface.weights[i];
+        for (pressure, [force, area]) in
+            std::iter::zip(&mut table.pressure, shares).filter(|(_, s)| s[1] > 0.0)
+        {
+            *pressure = force / area;
         }
         EndFound {
             pair,

@@ -4,6 +4,7 @@ mod checks;
 mod fields;
 mod found;
 mod measure;
+mod outline;
 mod pairs;
 mod plan;
 mod relaxed;
@@ -26,6 +27,7 @@ use checks::{checks, total, worst};
 use fields::{append, probe, start_fields};
 use found::Found;
 use mpi::{topology::SimpleCommunicator, traits::*};
+use outline::outlines;
 use pairs::pair_results;
 use relaxed::Relaxed;
 use std::{path::Path, time::Instant};
@@ -67,7 +69,7 @@ pub fn run(
         }
     }
     let writing = Instant::now();
-    let info = run.info(case, &plan);
+    let info = run.info(case, world);
     let file = directory.join(output::RESULT);
     let before = if case.steps.is_empty() { &[][..] } else { &run.before };
     let result =
@@ -198,7 +200,7 @@ impl Run {
         if found.reason.converged() && beyond {
             found.reason = Reason::Penetration;
         }
-        self.checks = worst(self.checks, checks(&balances, &pairs, &tables, world));
+        self.checks = worst(self.checks, checks(&balances, &pairs, &found.ends, world));
         let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
         let counts = share_outcome(world, &mut found.reason, counts);
         self.reason = found.reason;
@@ -225,9 +227,8 @@ impl Run {
         Ok(())
     }
 
-    /// Collective.
-    fn info(&self, case: &Case, plan: &Plan) -> RunInfo {
-        let supports = self.steps.last().map_or(1.0, |s| s.supports);
+    /// What was run. Collective.
+    fn info(&self, case: &Case, world: &SimpleCommunicator) -> RunInfo {
         let steps = self.steps.iter().map(|s| LoadStep {
             name: s.name.clone(),
             loads: s.loads,
@@ -237,6 +238,7 @@ impl Run {
             alternations: s.alternations,
             updates: s.updates,
         });
+        let supports = self.steps.last().map_or(1.0, |step| step.supports);
         RunInfo {
             case: case.name.clone(),
             title: case.title.clone(),
@@ -245,11 +247,11 @@ impl Run {
             units: case.units,
             analysis: case.analysis,
             bodies: case.bodies.iter().map(|b| b.name.clone()).collect(),
-            rigid: plan.outlines(case, supports),
             reason: self.reason,
             alternations: self.counts[0],
             tolerance: case.alternation.tolerance,
             steps: (!case.steps.is_empty()).then(|| steps.collect()),
+            rigid: outlines(case, &self.piece.points, supports, world),
         }
     }
 

@@ -5,7 +5,6 @@ use crate::{
     contact::Surface,
     error::{Error, Result},
     mesh::{self, Mesh},
-    output::Outline,
     parallel::{self, Exchange, Groups, Partner, agree},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -177,37 +176,6 @@ impl Plan {
                 Surface::rigid_polyline(&points.iter().map(xy).collect::<Vec<_>>())
             }
         })
-    }
-
-    /// Outlines of the rigid bodies, for the picture, moved by `supports` times their motion. Collective.
-    pub(super) fn outlines(&self, case: &Case, supports: f64) -> Vec<Outline> {
-        let xy = |p: &[f64; 3]| [p[0], p[1]];
-        let distance =
-            |p: &[f64; 3], q: &[f64; 3]| crate::contact::vector::norm(&crate::contact::vector::sub(p, q));
-        case.rigid
-            .iter()
-            .map(|rigid| {
-                let surface = match &rigid.shape {
-                    RigidShape::Plane { through, normal } => {
-                        let points = self.meshes.iter().flat_map(|mesh| &mesh.points);
-                        let far = points.map(|p| distance(p, through)).fold(0.0, f64::max);
-                        let far = parallel::max(&self.groups.world, &[far])[0];
-                        Surface::rigid_plane(xy(through), xy(normal), far)
-                    }
-                    RigidShape::Circle { center, radius, inside } => {
-                        Surface::rigid_circle(xy(center), *radius, *inside)
-                    }
-                    RigidShape::Polyline { points } => {
-                        Surface::rigid_polyline(&points.iter().map(xy).collect::<Vec<_>>())
-                    }
-                };
-                let mut points = surface.points.clone();
-                if let RigidShape::Circle { .. } = rigid.shape {
-                    points.extend(surface.points.first());
-                }
-                Outline { body: rigid.name.clone(), points, motion: rigid.motion.map(|m| supports * m) }
-            })
-            .collect()
     }
 
     /// Number of nodes of each pair's surfaces, over all ranks: what may touch. Collective.

@@ -59,6 +59,11 @@ impl Part {
         self.area.axpy(area, b, 1.0);
     }
 
+    /// int b dA over the part.
+    pub fn total(&self) -> &DVector<f64> {
+        &self.area
+    }
+
     /// int B dA over the part.
     pub fn areas(&self) -> DVector<f64> {
         restricted(self.area.len(), self.span) * &self.area

@@ -41,12 +41,12 @@ const NEGLIGIBLE: f64 = 1e-11;
 
 /// Six-point Gauss rule on [-1, 1]: (point, weight).
 const GAUSS6: [(f64, f64); 6] = [
-    (-0.932_469_514_203_152_1, 0.171_324_492_379_170_36),
+    (-0.932_469_514_203_152, 0.171_324_492_379_170_36),
     (-0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
     (-0.238_619_186_083_196_9, 0.467_913_934_572_691),
     (0.238_619_186_083_196_9, 0.467_913_934_572_691),
     (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-    (0.932_469_514_203_152_1, 0.171_324_492_379_170_36),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_36),
 ];
 
 /// Contact rows of a pair, at most one for each node of the multiplier side, in the order of its nodes.
@@ -160,12 +160,14 @@ impl<'a> Overlap<'a> {
         let own = self.own.each_ref().map(|m| &dual.functions * m);
         let mixed = self.mixed.each_ref().map(|m| &dual.functions * m);
         let gap = &dual.functions * &self.gap;
+        // D_j as the functions themselves give it, so that round-off in them cancels.
+        let area = &dual.functions * self.part.total();
         let add = |sum: &mut [f64; 3], m: &[DMatrix<f64>; 3], at: (usize, usize), sign: f64| {
             (0..3).for_each(|c| sum[c] += sign * m[c][at]);
         };
         for (k, &i) in dual.nodes.iter().enumerate() {
             let sum = sums.entry(nodes[i]).or_default();
-            sum.area += dual.area[k];
+            sum.area += area[k];
             sum.gap += gap[k];
             sum.normal = combine([(1.0, &sum.normal), (dual.area[k], &self.edge.normals[i])]);
             for (j, &node) in nodes.iter().enumerate() {
@@ -189,7 +191,7 @@ struct Sums {
 
 impl Sums {
     fn into_row(self, node: u32, gap: &case::Gap, thickness: f64) -> Option<Row> {
-        if !(self.area > 0.0) {
+        if self.area.is_nan() || self.area <= 0.0 {
             return None;
         }
         let gap = match gap {
