@@ -430,6 +430,17 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
 
     /// Penetration below this is none, m.
     pub fn gap_threshold(&self) -> f64 {
+        let [approach, size] = self.lengths();
+        self.threshold.max(THRESHOLD) * approach + 64.0 * f64::EPSILON * size
+    }
+
+    /// Largest elastic approach at a row, m.
+    pub fn approach(&self) -> f64 {
+        self.lengths()[0]
+    }
+
+    /// Largest elastic approach, and the largest of the numbers a gap is the difference of, m.
+    fn lengths(&self) -> [f64; 2] {
         let mut largest = [0.0_f64; 2];
         for j in 0..self.coupling.n {
             let elastic = (self.gap[j] - self.g_free[j]).abs();
@@ -440,7 +451,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             }
         }
         let largest = self.coupling.exchange.max(&largest);
-        self.threshold.max(THRESHOLD) * largest[0] + 64.0 * f64::EPSILON * largest[1]
+        [largest[0], largest[1]]
     }
 
     /// Active rows in tension, open rows that penetrate, and the largest of either relative to its scale.

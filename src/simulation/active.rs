@@ -1,7 +1,7 @@
 //! A load step by the active-set driver: from the bodies' answers on the contact rows to forces, gaps and verdict.
 use super::{
     Plan,
-    found::{EndFound, Found},
+    found::{EndFound, Found, RowsFound},
     rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows},
 };
 use crate::{
@@ -495,7 +495,7 @@ impl Contacts {
             return Err(unrestrained(task, &coarse, &motion));
         }
         let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
-        let threshold = driver.gap_threshold();
+        let (threshold, approach) = (driver.gap_threshold(), driver.approach());
         let mut found = Found::none();
         found.reason = if n_pairs == 0 { Reason::NoContact } else { outcome.reason };
         found.history = outcome.history;
@@ -531,15 +531,13 @@ impl Contacts {
             let (surface, side) = (&task.plan.surfaces[i], task.plan.ends[i].1);
             found.ends.push(if end.multiplier {
                 let range = ranges[i].clone();
-                EndFound::of_multipliers(
-                    surface,
-                    end.pair,
-                    side,
-                    pair,
-                    &force[range.clone()],
-                    &gaps[range.clone()],
-                    &active[range],
-                )
+                let rows = RowsFound {
+                    force: &force[range.clone()],
+                    gaps: &gaps[range.clone()],
+                    active: &active[range],
+                    approach,
+                };
+                EndFound::of_multipliers(surface, end.pair, side, pair, &rows)
             } else {
                 EndFound::of_mortar(surface, end.pair, side, pair, values)
             });

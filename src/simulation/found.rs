@@ -49,6 +49,18 @@ pub(super) struct EndFound {
     pub complementarity: [f64; 2],
 }
 
+/// What was found for the rows of a pair.
+pub(super) struct RowsFound<'r> {
+    /// Compressive forces, N.
+    pub force: &'r [f64],
+    /// Gaps, m.
+    pub gaps: &'r [f64],
+    /// Rows in contact.
+    pub active: &'r [bool],
+    /// Elastic approach of the surfaces, m: a measure of gaps where there is none.
+    pub approach: f64,
+}
+
 impl Found {
     pub fn none() -> Found {
         Found {
@@ -87,12 +99,11 @@ impl EndFound {
         pair: usize,
         side: usize,
         data: &Pair,
-        force: &[f64],
-        gaps: &[f64],
-        active: &[bool],
+        found: &RowsFound,
     ) -> EndFound {
+        let RowsFound { force, gaps, active, approach } = *found;
         let mut table = empty_table(surface);
-        let mut complementarity = [0.0_f64; 2];
+        let mut complementarity = [0.0, approach];
         for (j, row) in data.rows.iter().enumerate() {
             let i = row.node as usize;
             table.normal[i] = row.normal;
