@@ -106,21 +106,45 @@ impl Condensed {
         Ok(force)
     }
 
-    /// The complementarity problem on the chosen rows by a primal-dual active set; `None` if it does not settle, or the
-    /// body has free modes.
-    pub(super) fn unilateral_step(&self, gap: &[f64], chosen: &[bool]) -> Result<Option<Vec<f64>>> {
-        let n = gap.len();
-        if !self.values.modes.is_empty() {
-            return Ok(None);
-        }
-        let mut active: Vec<usize> = (0..n).filter(|&i| chosen[i] && gap[i] < 0.0).collect();
+    /// The complementarity problem on the chosen rows by a primal-dual active set; `None` if it does not settle.
+    pub(super) fn unilateral_step(
+        &self,
+        gap: &[f64],
+        chosen: &[bool],
+        held: &[f64],
+    ) -> Result<Option<Vec<f64>>> {
+        let (n, modes) = (gap.len(), &self.values.modes);
+        let others: Vec<f64> = (0..n).map(|i| if chosen[i] { 0.0 } else { held[i] }).collect();
+        let at_rest = self.compliance.times(&others)?;
+        let gap: Vec<f64> = std::iter::zip(gap, at_rest).map(|(g, w)| g + w).collect();
+        let work = std::iter::zip(&self.values.mode_work, modes)
+            .map(|(e, mode)| e - dot(others.iter().copied(), mode))
+            .collect::<Vec<f64>>();
+        let mut active: Vec<usize> = (0..n)
+            .filter(|&i| chosen[i] && if modes.is_empty() { gap[i] < 0.0 } else { held[i] > 0.0 })
+            .collect();
         for _ in 0..UNILATERAL_UPDATES {
-            let mut force = vec![0.0; n];
+            if active.is_empty() {
+                return Ok(Some(vec![0.0; n]));
+            }
+            let step = Step::new(&self.compliance, modes, active.clone())?;
             let mut r: Vec<f64> = active.iter().map(|&i| -gap[i]).collect();
-            self.compliance.principal(&active).regular_cholesky()?.solve(&mut r)?;
+            step.factor.solve(&mut r)?;
+            let missing = std::iter::zip(&work, modes)
+                .map(|(e, mode)| e - dot(active.iter().map(|&i| mode[i]), &r))
+                .collect::<Vec<f64>>();
+            let beta = &step.coarse * DVector::from_vec(missing);
+            for (beta, forces) in std::iter::zip(&beta, &step.forces) {
+                std::iter::zip(&mut r, forces).for_each(|(r, f)| *r += beta * f);
+            }
+            let mut force = vec![0.0; n];
             active.iter().zip(r).for_each(|(&i, r)| force[i] = r);
             let inward = self.compliance.times(&force)?;
-            let stays = |i: usize| if force[i] == 0.0 { inward[i] + gap[i] < 0.0 } else { force[i] > 0.0 };
+            let rigid = |i: usize| std::iter::zip(&beta, modes).map(|(b, mode)| b * mode[i]).sum::<f64>();
+            let stays = |i: usize| match force[i] == 0.0 {
+                true => inward[i] + gap[i] - rigid(i) < 0.0,
+                false => force[i] > 0.0,
+            };
             let next: Vec<usize> = (0..n).filter(|&i| chosen[i] && stays(i)).collect();
             let settled = next == active;
             active = next;

@@ -36,6 +36,8 @@ pub struct Balance {
     /// Work of stresses on strains, and of external, contact and support forces on displacements, J; and the sum of
     /// the absolute works.
     pub work: [f64; 3],
+    /// Elastic energy of strains of round-off size, 1e-14, J: a body with less work done on it is not loaded.
+    pub noise: f64,
     /// Resultant of the support forces, N; a fixing is no support, its force is residual.
     pub reaction: [f64; 3],
 }
@@ -86,6 +88,7 @@ impl Body {
                 fields.cell_strain.push(element.mean(&work.x[..n], &work.strain)?);
                 element.point_volumes(&work.x[..n], self.model.thickness, &mut work.volumes)?;
                 for ((s, e), v) in work.stress.iter().zip(&work.plane_strain).zip(&work.volumes) {
+                    balance.noise += 1e-28 * modulus * v;
                     balance.work[0] += v * (s[0] * e[0] + s[1] * e[1] + s[3] * e[2]);
                     // Where nothing moves the stored energy sets the scale.
                     balance.work[2] += v * (s[0] * s[0] + s[1] * s[1] + s[3] * s[3]) / modulus;

@@ -195,9 +195,9 @@ impl Respond for Response {
         }
     }
 
-    fn unilateral_step(&mut self, gap: &[f64], chosen: &[bool]) -> Result<Option<Vec<f64>>> {
+    fn unilateral_step(&mut self, gap: &[f64], chosen: &[bool], held: &[f64]) -> Result<Option<Vec<f64>>> {
         match self {
-            Response::Condensed(c) => c.unilateral_step(gap, chosen),
+            Response::Condensed(c) => c.unilateral_step(gap, chosen, held),
             Response::Solver(_) => Ok(None),
         }
     }

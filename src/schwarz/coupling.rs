@@ -113,59 +113,79 @@ impl<'a, B: Respond> Coupling<'a, B> {
     /// Displacement step of the leading body of each end's pair (`lead`, given on multiplier ends): the forces, N, with
     /// which it resists being pushed inwards by `inward` on the active rows. Collective on the roots.
     pub fn displacement_step(&mut self, inward: &[f64], active: &[bool], lead: &[Lead]) -> Result<Vec<f64>> {
-        self.ask_leaders(inward, active, lead, |body, inward, active| match active.contains(&true) {
-            true => body.displacement_step(inward, active),
-            false => Ok(vec![0.0; active.len()]),
+        let flags: Vec<f64> = active.iter().map(|a| f64::from(u8::from(*a))).collect();
+        self.ask_leaders([inward, &flags], lead, |body, inward, flags, _| {
+            let active: Vec<bool> = flags.iter().map(|f| *f > 0.5).collect();
+            match active.contains(&true) {
+                true => body.displacement_step(inward, &active),
+                false => Ok(vec![0.0; active.len()]),
+            }
         })
     }
 
     /// Unilateral displacement step of the leading bodies: each alone against the others held fast, which leave it the
-    /// gaps `gap`. Not a number where a body has no answer. Collective on the roots.
-    pub fn unilateral_step(&mut self, gap: &[f64], lead: &[Lead]) -> Result<Vec<f64>> {
-        let all = vec![true; self.n];
-        self.ask_leaders(gap, &all, lead, |body, gap, chosen| {
-            let answer = body.unilateral_step(gap, chosen)?;
+    /// gaps `gap`, while the rows that it does not lead carry the forces `held`. Not a number where a body has no answer.
+    /// Collective on the roots.
+    pub fn unilateral_step(&mut self, gap: &[f64], held: &[f64], lead: &[Lead]) -> Result<Vec<f64>> {
+        // Both sides know the forces held, whoever leads.
+        let out: Vec<Vec<f64>> = self.ranges.iter().map(|range| held[range.clone()].to_vec()).collect();
+        let received = self.exchange.swap(&out);
+        let mut on_bodies: Vec<Vec<f64>> = self.bodies.iter().map(|b| vec![0.0; b.n_rows()]).collect();
+        for (i, end) in self.ends.iter().enumerate() {
+            let values = if end.multiplier { &out[i] } else { &received[i] };
+            on_bodies[end.body][end.rows.clone()].copy_from_slice(values);
+        }
+        let ones = vec![1.0; self.n];
+        let mut on_bodies = on_bodies.into_iter();
+        self.ask_leaders([gap, &ones], lead, |body, gap, flags, chosen| {
+            let held = on_bodies.next().unwrap_or_default();
+            if !chosen {
+                return Ok(vec![f64::NAN; gap.len()]);
+            }
+            let flags: Vec<bool> = flags.iter().map(|f| *f > 0.5).collect();
+            let answer = body.unilateral_step(gap, &flags, &held)?;
             Ok(answer.unwrap_or_else(|| vec![f64::NAN; gap.len()]))
         })
     }
 
-    /// A step that the leading body of each pair makes: it gets a value and a flag per row and answers with forces.
+    /// A step that the leading body of each pair makes: it gets two values per row (zero on rows that it does not
+    /// lead) and whether it leads any, and answers with forces.
     fn ask_leaders(
         &mut self,
-        values: &[f64],
-        flags: &[bool],
+        values: [&[f64]; 2],
         lead: &[Lead],
-        mut step: impl FnMut(&mut B, &[f64], &[bool]) -> Result<Vec<f64>>,
+        mut step: impl FnMut(&mut B, &[f64], &[f64], bool) -> Result<Vec<f64>>,
     ) -> Result<Vec<f64>> {
         self.steps.displacement += 1;
-        // A mortar end is asked by a message of values and flags; an empty one asks for nothing.
+        // A mortar end is asked by a message of values; an empty one asks for nothing.
         let ask = |i: usize, end: &End| {
             let range = self.ranges[i].clone();
-            if !end.multiplier || lead[i] == Lead::Multiplier {
-                return Vec::new();
+            match end.multiplier && lead[i] == Lead::Mortar {
+                true => values.iter().flat_map(|v| v[range.clone()].to_vec()).collect(),
+                false => Vec::new(),
             }
-            let flags = flags[range.clone()].iter().map(|a| f64::from(u8::from(*a)));
-            values[range].iter().copied().chain(flags).collect()
         };
         let out: Vec<Vec<f64>> = self.ends.iter().enumerate().map(|(i, end)| ask(i, end)).collect();
         let received = self.exchange.swap(&out);
-        let mut given: Vec<(Vec<f64>, Vec<bool>)> =
-            self.bodies.iter().map(|b| (vec![0.0; b.n_rows()], vec![false; b.n_rows()])).collect();
+        let mut given: Vec<[Vec<f64>; 2]> =
+            self.bodies.iter().map(|b| [vec![0.0; b.n_rows()], vec![0.0; b.n_rows()]]).collect();
+        let mut leads = vec![false; self.bodies.len()];
         for (i, end) in self.ends.iter().enumerate() {
-            let (own_values, own_flags) = &mut given[end.body];
             let n = end.rows.len();
-            if end.multiplier && lead[i] == Lead::Multiplier {
-                own_values[end.rows.clone()].copy_from_slice(&values[self.ranges[i].clone()]);
-                own_flags[end.rows.clone()].copy_from_slice(&flags[self.ranges[i].clone()]);
-            } else if !end.multiplier && received[i].len() == 2 * n {
-                own_values[end.rows.clone()].copy_from_slice(&received[i][..n]);
-                std::iter::zip(&mut own_flags[end.rows.clone()], &received[i][n..])
-                    .for_each(|(flag, v)| *flag = *v > 0.5);
+            let own = end.multiplier && lead[i] == Lead::Multiplier;
+            if !own && (end.multiplier || received[i].len() != 2 * n) {
+                continue;
+            }
+            leads[end.body] = true;
+            for (k, given) in given[end.body].iter_mut().enumerate() {
+                let source =
+                    if own { &values[k][self.ranges[i].clone()] } else { &received[i][k * n..(k + 1) * n] };
+                given[end.rows.clone()].copy_from_slice(source);
             }
         }
-        let answers = std::iter::zip(self.bodies.iter_mut(), &given);
+        let answers = self.bodies.iter_mut().zip(std::iter::zip(&given, &leads));
         let answers =
-            answers.map(|(body, (values, flags))| step(body, values, flags)).collect::<Result<Vec<_>>>();
+            answers.map(|(body, (v, leads))| step(body, &v[0], &v[1], *leads)).collect::<Result<Vec<_>>>();
         let answers = self.exchange.agree(answers)?;
         let [own, other] = self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec());
         let mut forces = vec![0.0; self.n];

@@ -21,10 +21,11 @@ pub trait Respond {
     fn displacement_step(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>>;
 
     /// Unilateral displacement step: the compressive forces, N, of the body pressed against a rigid obstacle that leaves
-    /// the `chosen` rows the gap `gap` (negative: it is pushed in): R >= 0, C R + gap >= 0, R (C R + gap) = 0; the other
-    /// rows carry no force. `None` if the body has no such answer at hand, or free rigid modes.
-    fn unilateral_step(&mut self, gap: &[f64], chosen: &[bool]) -> Result<Option<Vec<f64>>> {
-        let _ = (gap, chosen);
+    /// the `chosen` rows the gap `gap` (negative: it is pushed in): R >= 0, C R + gap - Z beta >= 0, one of them zero at
+    /// each chosen row; the other rows carry the forces `held`, which count in the equilibrium Z'R = e of free modes.
+    /// `held` on the chosen rows says where to begin. `None` if the body has no such answer at hand.
+    fn unilateral_step(&mut self, gap: &[f64], chosen: &[bool], held: &[f64]) -> Result<Option<Vec<f64>>> {
+        let _ = (gap, chosen, held);
         Ok(None)
     }
 

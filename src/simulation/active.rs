@@ -1,7 +1,7 @@
 //! A load step by the active-set driver: from the bodies' answers on the contact rows to forces, gaps and verdict.
 use super::{
     Plan,
-    found::{EndFound, Found, RowsFound},
+    found::{EndFound, Found},
     rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows},
 };
 use crate::{
@@ -495,7 +495,8 @@ impl Contacts {
             return Err(unrestrained(task, &coarse, &motion));
         }
         let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
-        let (threshold, approach) = (driver.gap_threshold(), driver.approach());
+        let elastic: Vec<f64> = (0..driver.coupling.n).map(|j| driver.elastic_at(j)).collect();
+        let threshold = driver.gap_threshold();
         let mut found = Found::none();
         found.reason = if n_pairs == 0 { Reason::NoContact } else { outcome.reason };
         found.history = outcome.history;
@@ -531,13 +532,15 @@ impl Contacts {
             let (surface, side) = (&task.plan.surfaces[i], task.plan.ends[i].1);
             found.ends.push(if end.multiplier {
                 let range = ranges[i].clone();
-                let rows = RowsFound {
-                    force: &force[range.clone()],
-                    gaps: &gaps[range.clone()],
-                    active: &active[range],
-                    approach,
-                };
-                EndFound::of_multipliers(surface, end.pair, side, pair, &rows)
+                EndFound::of_multipliers(
+                    surface,
+                    end.pair,
+                    side,
+                    pair,
+                    &force[range.clone()],
+                    [&gaps[range.clone()], &elastic[range.clone()]],
+                    &active[range],
+                )
             } else {
                 EndFound::of_mortar(surface, end.pair, side, pair, values)
             });

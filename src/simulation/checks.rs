@@ -5,7 +5,8 @@ use mpi::topology::SimpleCommunicator;
 
 /// Sum of a balance over the group.
 pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
-    let parts = [&b.residual2[..], &b.resultant, &[b.moment], &b.scale, &b.work, &b.reaction].concat();
+    let parts =
+        [&b.residual2[..], &b.resultant, &[b.moment], &b.scale, &b.work, &b.reaction, &[b.noise]].concat();
     let s = parallel::sum(group, &parts);
     Balance {
         residual2: [s[0], s[1]],
@@ -14,6 +15,7 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
         scale: [s[6], s[7]],
         work: [s[8], s[9], s[10]],
         reaction: [s[11], s[12], s[13]],
+        noise: s[14],
     }
 }
 
@@ -54,7 +56,8 @@ pub(super) fn checks(
 ) -> output::Checks {
     let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
     let mut worst = [0.0_f64; 4];
-    for b in balances {
+    // Ratios of round-off to round-off say nothing.
+    for b in balances.iter().filter(|b| b.work[2] > b.noise) {
         worst[0] = worst[0].max(ratio(b.residual2[0].sqrt(), b.residual2[1].sqrt()));
         let resultant = b.resultant.iter().map(|c| c * c).sum::<f64>().sqrt();
         worst[1] = worst[1].max(ratio(resultant, b.scale[0])).max(ratio(b.moment.abs(), b.scale[1]));

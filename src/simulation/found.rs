@@ -49,18 +49,6 @@ pub(super) struct EndFound {
     pub complementarity: [f64; 2],
 }
 
-/// What was found for the rows of a pair.
-pub(super) struct RowsFound<'r> {
-    /// Compressive forces, N.
-    pub force: &'r [f64],
-    /// Gaps, m.
-    pub gaps: &'r [f64],
-    /// Rows in contact.
-    pub active: &'r [bool],
-    /// Elastic approach of the surfaces, m: a measure of gaps where there is none.
-    pub approach: f64,
-}
-
 impl Found {
     pub fn none() -> Found {
         Found {
@@ -93,17 +81,19 @@ impl Found {
 }
 
 impl EndFound {
-    /// The end with the multipliers: pressures and gaps are those of the rows.
+    /// The end with the multipliers: pressures and gaps are those of the rows. `elastic`: what the contact forces
+    /// change of each gap; where all nodes touch from the start, there is no other length to measure a gap by.
     pub fn of_multipliers(
         surface: &Surface,
         pair: usize,
         side: usize,
         data: &Pair,
-        found: &RowsFound,
+        force: &[f64],
+        [gaps, elastic]: [&[f64]; 2],
+        active: &[bool],
     ) -> EndFound {
-        let RowsFound { force, gaps, active, approach } = *found;
         let mut table = empty_table(surface);
-        let mut complementarity = [0.0, approach];
+        let mut complementarity = [0.0_f64; 2];
         for (j, row) in data.rows.iter().enumerate() {
             let i = row.node as usize;
             table.normal[i] = row.normal;
@@ -112,8 +102,8 @@ impl EndFound {
             table.status[i] = if active[j] { 2 } else { 1 };
             add_forces(&mut table, &row.terms[0], force[j]);
             complementarity[0] = complementarity[0].max((table.pressure[i] * gaps[j]).abs());
-            complementarity[1] =
-                complementarity[1].max(gaps[j].abs()).max(row.gap.abs()).max((row.gap - gaps[j]).abs());
+            let lengths = [gaps[j].abs(), row.gap.abs(), (row.gap - gaps[j]).abs(), elastic[j]];
+            complementarity[1] = lengths.into_iter().fold(complementarity[1], f64::max);
         }
         EndFound {
             pair,

@@ -5,9 +5,9 @@ use super::segments::{Edge, Segments};
 /// Relative differences below this do not count.
 const EQUAL: f64 = 1e-6;
 
-/// A body this much stiffer is as good as rigid, and like a rigid one carries no multipliers: pressures that only it
-/// can resist would have no digits left.
-const RIGID: f64 = 100.0;
+/// A body this much stiffer is nearly rigid to the other, and like a rigid one carries no multipliers: pressures that
+/// only it could resist are hardly determined, and take many alternations.
+const RIGID: f64 = 10.0;
 
 /// The side of a pair that carries the multipliers: that with the finer facets where the surfaces face each other,
 /// unless its body is by far the stiffer one; of two equally fine ones the softer body; of two equally soft ones side 0.
