@@ -188,35 +188,42 @@ fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<
 
 fn print_row(row: &HistoryRow, terminal: bool) {
     if row.alternation == 1 && row.step > 1 {
-        eprintln!("step {}", row.step);
+        eprintln!("load step {}", row.step);
     }
-    if terminal && row.alternation == 1 {
-        eprintln!("alternation  displacement jump  force imbalance  active  contraction");
-    }
-    let HistoryRow { alternation, displacement_jump: jump, force_imbalance, active, contraction, .. } = row;
+    let HistoryRow { alternation, displacement_jump: jump, force_imbalance, active, open, flips, .. } = row;
+    let HistoryRow { contraction, penetration, .. } = row;
     if terminal {
-        eprintln!("{alternation:11}  {jump:17.3e}  {force_imbalance:15.3e}  {active:6}  {contraction:11.3}");
+        if *alternation == 1 {
+            eprintln!(
+                "alternation  gap residual  force imbalance  closed    open   flips  penetration  contraction"
+            );
+        }
+        eprintln!(
+            "{alternation:11}  {jump:12.3e}  {force_imbalance:15.3e}  {active:6}  {open:6}  {flips:6}  {penetration:11.3e}  {contraction:11.3}"
+        );
     } else {
         eprintln!(
-            "alternation {alternation} jump {jump:.3e} imbalance {force_imbalance:.3e} active {active}"
+            "alternation {alternation} jump {jump:.3e} imbalance {force_imbalance:.3e} active {active} open {open} flips {flips}"
         );
     }
 }
 
 fn check(case: &Case, world: &SimpleCommunicator) -> Result<i32> {
     let plan = simulation::Plan::new(case, world)?;
-    let nodes = plan.contact_nodes(case);
+    let lines = simulation::outlook(case, &plan)?;
     if world.rank() == 0 {
-        println!("{}: {:?}", case.title, case.analysis);
-        for (b, body) in case.bodies.iter().enumerate() {
-            let ranks = plan.groups.shares[plan.groups.group_of(b)].ranks.len();
-            let heat = if body.temperature.is_some() { ", thermal strain" } else { "" };
-            println!("body {}: {} dofs on {ranks} rank(s){heat}", body.name, plan.dofs[b]);
+        let analysis = match case.analysis {
+            case::Analysis::PlaneStress { .. } => "plane stress",
+            case::Analysis::PlaneStrain { .. } => "plane strain",
+        };
+        println!("{}: {analysis}, thickness {}", case.title, case.analysis.thickness());
+        lines.iter().for_each(|line| println!("{line}"));
+        for rigid in &case.rigid {
+            println!("body {}: rigid, no unknowns", rigid.name);
         }
-        for (contact, [a, b]) in std::iter::zip(&case.contacts, nodes) {
-            println!("contact {}: {a} and {b} surface nodes, frictionless, pointwise transfer", contact.name);
+        if !case.steps.is_empty() {
+            println!("{} load steps", case.steps.len());
         }
-        println!("cost: one factorisation per body, one back-substitution per contact node and body");
     }
     Ok(0)
 }

@@ -3,6 +3,7 @@
 //! Knows nothing of contact but where it may act: it takes forces or displacements on contact rows and answers with
 //! the other, by its solver or condensed to its interface. Every method that needs the rank group says "collective".
 mod assembly;
+mod build;
 mod compliance;
 mod condensed;
 mod constraint;
@@ -17,6 +18,7 @@ mod rigid;
 mod solver;
 mod system;
 
+pub use build::AssembledBody;
 pub use compliance::{Compliance, ContactRow};
 pub use condensed::Condensed;
 pub use constraint::{Constraints, NodeConstraint};
@@ -30,20 +32,19 @@ pub use rigid::{Fixing, FreeModes, RigidMode, free_motions};
 pub use solver::Solver;
 
 use crate::{
-    case::{Analysis, BodyCase, Temperature},
+    case::{BodyCase, Temperature},
     element::{ElementKind, SolidElement},
     error::{Error, Result},
-    material::LinearElastic,
-    mesh::{Mesh, MeshPart, Numbering, give_to_first, partition},
+    mesh::{Mesh, MeshPart, Numbering},
     parallel::agree,
     petsc::{Gather, Vector},
 };
-use assembly::{Assembled, Model};
+use assembly::Model;
 use load::Loads;
-use mpi::{topology::SimpleCommunicator, traits::*};
+use mpi::topology::SimpleCommunicator;
 use rstar::{RTree, primitives::GeomWithData};
-use std::{rc::Rc, time::Instant};
-use system::{Setting, SharedCost, System};
+use std::rc::Rc;
+use system::{SharedCost, System};
 
 /// One body on its rank group.
 pub struct Body {
@@ -85,6 +86,8 @@ pub struct Cost {
     pub factor: f64,
     /// Seconds of making and factorising interface operators.
     pub interface: f64,
+    /// Seconds of condensing loads to the interface.
+    pub condense: f64,
 }
 
 /// The element of each kind, with the formulation the case asks for.
@@ -112,89 +115,6 @@ impl Elements {
 }
 
 impl Body {
-    /// Builds the body on its rank group from its whole mesh: partition, assembly, factorisation.
-    ///
-    /// `interface`: mesh nodes that contact may reach, the same on all ranks; rows name them by their position in the
-    /// list. The first rank owns them. Collective.
-    pub fn new(
-        case: &BodyCase,
-        analysis: Analysis,
-        mesh: &Mesh,
-        group: &SimpleCommunicator,
-        interface: &[u32],
-        response: ResponseKind,
-    ) -> Result<Body> {
-        let start = Instant::now();
-        let parts = group.size() as usize;
-        // The same on every rank of the group, errors included.
-        let elements = Elements::new(mesh, case)?;
-        let mut owners = partition(mesh, parts)
-            .map_err(|e| case.origin.error(format!("cannot be spread over {parts} ranks: {e}")))?;
-        give_to_first(mesh, &mut owners, interface);
-        // METIS draws from the C library's random numbers: only one rank's answer may count.
-        group.process_at_rank(0).broadcast_into(&mut owners[..]);
-        let numbering = Numbering::new(mesh, &owners, parts);
-        let part = Rc::new(MeshPart::with_numbering(mesh, &owners, group.rank() as u32, &numbering));
-        let temperature = case.temperature.as_ref().map(|t| temperatures(t, &part.points)).transpose();
-        // From here on ranks see different nodes: an error of one is agreed before the next collective call.
-        let temperature = agree(group, temperature)?.map(Rc::new);
-        let mut constraints = Constraints::new(case, mesh)?;
-        let free = FreeModes::new(mesh, &constraints);
-        let fixings = free.fixings(mesh, &constraints, interface);
-        constraints.fix(&fixings);
-        let interface = Interface::new(interface, mesh, &constraints, &numbering, group);
-        let model = Model {
-            part: part.clone(),
-            elements,
-            law: LinearElastic::new(&case.material, analysis),
-            constraints: constraints.of_part(&part),
-            thickness: analysis.thickness(),
-        };
-        let dim = part.dim;
-        let condensed =
-            response.is_condensed(&case.name, part.n_global_nodes * dim, interface.nodes.len() * dim, dim)?;
-        let set_up = start.elapsed().as_secs_f64();
-
-        let dofs: Vec<i32> =
-            part.global.iter().flat_map(|&g| (0..dim).map(move |c| (g as usize * dim + c) as i32)).collect();
-        let ghosts = Gather::new(&Vector::zeros(group, part.n_owned * dim)?, &dofs)?;
-        let parameters = model.parameters(temperature.as_ref().map(|t| &t[..]), &model.constraints);
-        let external = parameters.external_forces(case, mesh, group)?;
-        let Assembled { matrix, thermal, prescribed } = parameters.stiffness(group)?;
-        let cost = SharedCost::default();
-        cost.add(|c| c.assemble = start.elapsed().as_secs_f64() - set_up);
-        let setting = Setting { body: case.name.clone(), prefix: options_prefix(&case.name), dim };
-        let system = System::new(group, matrix, &interface, setting, condensed, &cost)?;
-        let loads = Loads {
-            factors: LoadFactors::default(),
-            external,
-            thermal,
-            prescribed,
-            mode_work: Vec::new(),
-            mode_scale: Vec::new(),
-            current: Vec::new(),
-            condensed: None,
-        };
-        let mut body = Body {
-            name: case.name.clone(),
-            part,
-            numbering,
-            free: Rc::new(free),
-            fixings: Rc::new(fixings),
-            interface: Rc::new(interface),
-            cost,
-            model: Rc::new(model),
-            given_temperature: temperature.clone(),
-            temperature,
-            loads,
-            system: Rc::new(system),
-            ghosts,
-        };
-        [body.loads.mode_work, body.loads.mode_scale] = body.work_on_modes(group);
-        body.combine_loads();
-        Ok(body)
-    }
-
     /// Number of space dimensions.
     pub fn dim(&self) -> usize {
         self.part.dim

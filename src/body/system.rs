@@ -175,11 +175,15 @@ impl System {
         if size == 0.0 {
             return Ok(on_interface);
         }
+        let start = Instant::now();
         let (rhs, x) = (vector(group, &inside)?, Vector::zeros(group, b.len())?);
         interior.solve_interior(&rhs, &x)?;
-        self.cost.add(|c| c.solves += 1);
         self.matrix.times(&x, &rhs)?;
         let reaction = at(&rhs.to_vec()?);
+        self.cost.add(|c| {
+            c.solves += 1;
+            c.condense += start.elapsed().as_secs_f64();
+        });
         Ok(std::iter::zip(on_interface, reaction).map(|(b, r)| b - r).collect())
     }
 

@@ -189,6 +189,12 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                 force = self.force.clone();
                 continue;
             }
+            // Violations below the residual may be the residual's: first make it smaller, on the same set.
+            if worst < self.residual && inner == Inner::Done && early > self.limits.tolerance {
+                early = (0.1 * worst).max(self.limits.tolerance);
+                force = self.force.clone();
+                continue;
+            }
             // A few nodes on a nearly exact set: the next solve may as well be the last one.
             if worst < early {
                 early = self.limits.tolerance;

@@ -221,18 +221,24 @@ impl Coarse {
             let s = exchange.sum(&s);
             [s[0] - work, s[1]]
         };
-        // A step length to begin with: the first contact ahead, or a full Newton step.
+        // A step length to begin with: the first contact ahead, the springs that start to resist at once, or a full Newton
+        // step.
         let mut high = 1.0;
         if open_ended {
+            let ahead = |j: &usize| along[*j] > 0.0;
             let first = (0..gap.len())
-                .filter(|&j| along[j] > 0.0 && pen[j] < 0.0)
+                .filter(|j| ahead(j) && pen[*j] < 0.0)
                 .map(|j| -pen[j] / along[j])
                 .fold(f64::INFINITY, f64::min);
             let first = -exchange.max_signed(-first);
-            if first.is_infinite() && slope(0.0)[1] == 0.0 {
-                return None;
-            }
-            high = if first.is_finite() && first > 0.0 { first } else { f64::MIN_POSITIVE.sqrt() };
+            let resisting = (0..gap.len()).filter(|j| ahead(j) && pen[*j] >= 0.0);
+            let stiffness = resisting.map(|j| self.scaling[j] * along[j] * along[j]).sum::<f64>();
+            let stiffness = exchange.sum(&[stiffness])[0];
+            high = match first.is_finite() {
+                true => first,
+                false if stiffness > 0.0 => work / stiffness,
+                false => return None,
+            };
         }
         let mut low = 0.0;
         let mut doublings = 0;

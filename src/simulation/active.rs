@@ -29,11 +29,23 @@ pub(super) struct Active {
     /// Number of each of this group's bodies' first free mode among all `n_modes`.
     first_mode: Vec<usize>,
     n_modes: usize,
-    /// Seconds of search and transfer.
-    pub search_seconds: f64,
+    pub clock: Clock,
 }
 
-struct Contacts {
+/// Seconds that this rank has spent, waiting for others included.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Clock {
+    /// Search and transfer.
+    pub search: f64,
+    /// From the assembled matrices to the bodies' answers on the contact rows.
+    pub factorise: f64,
+    /// Load steps: the driver, then the displacements of the whole bodies.
+    pub step: f64,
+    /// Of these the displacements.
+    pub recover: f64,
+}
+
+pub(super) struct Contacts {
     pairs: Vec<Option<Pair>>,
     shares: Shares,
     held: Vec<[Vec<bool>; 2]>,
@@ -55,8 +67,8 @@ impl Active {
         let contacts =
             if groups.is_root() { Contacts::new(case, plan, exchange).map(Some) } else { Ok(None) };
         let mut contacts = agree(&groups.world, contacts)?;
-        let search_seconds = start.elapsed().as_secs_f64();
-        let (mut bodies, mut responses) = (Vec::new(), Vec::new());
+        let mut clock = Clock { search: start.elapsed().as_secs_f64(), ..Clock::default() };
+        let mut assembled = Vec::new();
         let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
             if let Some(options) = &case.bodies[b].solver {
                 crate::petsc::set_options(&super::prefixed(options, &case.bodies[b].name))?;
@@ -70,15 +82,23 @@ impl Active {
                 ResponseCase::Condensed => ResponseKind::Condensed,
                 ResponseCase::Solver => ResponseKind::Solver,
             };
-            let mut body =
-                Body::new(&case.bodies[b], case.analysis, &plan.meshes[i], &groups.group, &nodes, kind)?;
+            let (body, mesh, group) = (&case.bodies[b], &plan.meshes[i], &groups.group);
+            assembled.push(Body::assemble(body, case.analysis, mesh, group, &nodes, kind)?);
+            Ok(())
+        });
+        agree(&groups.world, built)?;
+        let start = Instant::now();
+        let (mut bodies, mut responses) = (Vec::new(), Vec::new());
+        let factorised = assembled.into_iter().enumerate().try_for_each(|(i, body)| {
+            let mut body = body.factorise(&groups.group)?;
             let rows =
                 contacts.as_mut().map_or_else(Vec::new, |c| std::mem::take(&mut c.shares.body_rows[i]));
             responses.push(body.respond(&groups.group, rows)?);
             bodies.push(body);
             Ok(())
         });
-        agree(&groups.world, built)?;
+        agree(&groups.world, factorised)?;
+        clock.factorise = start.elapsed().as_secs_f64();
         let mut counts = vec![0.0; case.bodies.len()];
         if groups.is_root() {
             std::iter::zip(groups.bodies(), &bodies)
@@ -87,7 +107,7 @@ impl Active {
         let counts = parallel::sum(&groups.world, &counts);
         let before = |b: usize| counts[..b].iter().sum::<f64>() as usize;
         let first_mode = groups.bodies().iter().map(|&b| before(b)).collect();
-        Ok(Active { bodies, responses, contacts, first_mode, n_modes: before(counts.len()), search_seconds })
+        Ok(Active { bodies, responses, contacts, first_mode, n_modes: before(counts.len()), clock })
     }
 
     /// Solves a load step, started from the contact forces of the last one. Collective.
@@ -100,6 +120,7 @@ impl Active {
         factors: LoadFactors,
         mut progress: impl FnMut(&HistoryRow),
     ) -> Result<(Found, Vec<Nodal>)> {
+        let start = Instant::now();
         let group = &plan.groups.group;
         let loaded =
             std::iter::zip(&mut self.bodies, &mut self.responses).try_for_each(|(body, response)| {
@@ -135,9 +156,12 @@ impl Active {
                 ));
             }
         }
+        let recovering = Instant::now();
         let nodal = self.recover(plan, &geometry.solution)?;
+        self.clock.recover += recovering.elapsed().as_secs_f64();
         self.look_beyond(case, plan, exchange, factors, &nodal, &mut found);
         found.warnings = super::text::gather_lines(&plan.groups.world, &found.warnings);
+        self.clock.step += start.elapsed().as_secs_f64();
         Ok((found, nodal))
     }
 
@@ -309,7 +333,7 @@ impl Active {
             contacts.follow(case, plan, exchange, factors, geometry);
             rows = std::mem::take(&mut contacts.shares.body_rows);
         }
-        self.search_seconds += start.elapsed().as_secs_f64();
+        self.clock.search += start.elapsed().as_secs_f64();
         let answered =
             std::iter::zip(&mut self.bodies, rows).enumerate().try_for_each(|(i, (body, rows))| {
                 self.responses[i] = body.respond(&plan.groups.group, rows)?;
@@ -351,7 +375,35 @@ struct Task<'t, 'e> {
 }
 
 impl Contacts {
-    fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
+    /// Number of nodes of a body of this rank that contact may reach.
+    pub fn interface_nodes(&self, place: usize) -> usize {
+        self.shares.interface[place].len()
+    }
+
+    /// A line on each pair whose multipliers are here.
+    pub fn outlook(&self, case: &Case) -> Vec<String> {
+        let ends = ends_with_rows(&self.shares.ends, &self.pairs);
+        ends.map(|(end, rows)| {
+            let contact = &case.contacts[end.pair];
+            let side = self.pairs[end.pair].as_ref().map_or(0, |p| p.multiplier);
+            let name = &contact.surfaces[side];
+            let geometry = match contact.geometry {
+                ContactGeometry::Initial => "initial",
+                ContactGeometry::Updated => "updated",
+            };
+            format!(
+                "contact {}: {} rows, multipliers on {}.{}, frictionless, {} transfer, {geometry} geometry",
+                contact.name,
+                rows.len(),
+                case.body_name(name.body),
+                name.surface,
+                super::outlook::transfer_name(case.alternation.transfer),
+            )
+        })
+        .collect()
+    }
+
+    pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
         for contact in case.contacts.iter().filter(|c| c.geometry == ContactGeometry::Updated) {
             if let Gap::Value(_) = contact.gap {
                 return Err(contact.origin.error(

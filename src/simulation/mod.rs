@@ -3,13 +3,17 @@ mod active;
 mod checks;
 mod fields;
 mod found;
+mod measure;
 mod outline;
+mod outlook;
 mod pairs;
 mod plan;
 mod relaxed;
 mod rows;
 mod text;
 
+pub use measure::{ContactSolve, ContactSplit};
+pub use outlook::outlook;
 pub use plan::{Plan, build_mesh};
 pub use relaxed::Interface;
 
@@ -257,7 +261,7 @@ impl Run {
     fn summary(self, case: &Case, plan: &Plan, engine: &Engine, info: &RunInfo, clock: [f64; 2]) -> Summary {
         let world = &plan.groups.world;
         let search = match engine {
-            Engine::Active(active) => active.search_seconds,
+            Engine::Active(active) => active.clock.search,
             Engine::Relaxed(relaxed) => relaxed.search_seconds,
         };
         let sum = |f: fn(crate::body::Cost) -> f64| engine.bodies().iter().map(|b| f(b.cost())).sum::<f64>();
@@ -266,7 +270,7 @@ impl Run {
             search,
             sum(|c| c.assemble),
             sum(|c| c.factor),
-            sum(|c| c.interface),
+            sum(|c| c.interface + c.condense),
             self.alternate,
             clock[0],
             clock[1],

@@ -373,6 +373,13 @@ fn whole_boundaries_pair_where_they_face() {
         assert!((found.iter().map(|r| r.area).sum::<f64>() - 0.5).abs() < 1e-12);
         assert!(found.iter().all(|r| (r.gap - gap).abs() < 1e-14));
     }
+    // Penetration deeper than the facets are long.
+    let (fine, deep) = (square([0.0, 1.0], [-0.1, 0.0], 120), square([0.2, 0.7], [-0.03, 0.07], 120));
+    for (a, b) in [(&deep, &fine), (&fine, &deep)] {
+        let found = rows(a, b, &TOUCHING, 1.0, f64::INFINITY);
+        assert!((found.iter().map(|r| r.area).sum::<f64>() - 0.5).abs() < 1e-12);
+        assert!(found.iter().all(|r| (r.gap + 0.03).abs() < 1e-13 && r.normal[1].abs() > 1.0 - 1e-13));
+    }
     // A small disc anywhere in a bore, and far outside another.
     let disc = placed(&circle(40, 0.3, true, false, 0.0), 0.0, [0.0, -0.7]);
     let bore = circle(90, 1.0, true, true, 0.0);

@@ -1,0 +1,167 @@
+//! How a body comes to be: its share of the mesh and its matrix first, then the factorisation.
+use super::{
+    Body, Constraints, Elements, Fixing, FreeModes, Interface, LoadFactors, ResponseKind,
+    assembly::{Assembled, Model},
+    load::Loads,
+    options_prefix,
+    system::{Setting, SharedCost, System},
+    temperatures,
+};
+use crate::{
+    case::{Analysis, BodyCase},
+    error::Result,
+    material::LinearElastic,
+    mesh::{Mesh, MeshPart, Numbering, give_to_first, partition},
+    parallel::agree,
+    petsc::{Gather, Matrix, Vector},
+};
+use mpi::{topology::SimpleCommunicator, traits::*};
+use std::{rc::Rc, time::Instant};
+
+/// A body with its stiffness matrix and its loads, not factorised yet.
+pub struct AssembledBody {
+    part: Rc<MeshPart>,
+    numbering: Numbering,
+    free: FreeModes,
+    fixings: Vec<Fixing>,
+    interface: Interface,
+    cost: SharedCost,
+    model: Model,
+    temperature: Option<Rc<Vec<f64>>>,
+    loads: Loads,
+    matrix: Matrix,
+    setting: Setting,
+    condensed: bool,
+    ghosts: Gather,
+}
+
+impl Body {
+    /// Builds the body on its rank group from its whole mesh: partition, assembly, factorisation.
+    ///
+    /// `interface`: mesh nodes that contact may reach, the same on all ranks; rows name them by their position in the
+    /// list. The first rank owns them. Collective.
+    pub fn new(
+        case: &BodyCase,
+        analysis: Analysis,
+        mesh: &Mesh,
+        group: &SimpleCommunicator,
+        interface: &[u32],
+        response: ResponseKind,
+    ) -> Result<Body> {
+        Body::assemble(case, analysis, mesh, group, interface, response)?.factorise(group)
+    }
+
+    /// The same without the factorisation. Collective.
+    pub fn assemble(
+        case: &BodyCase,
+        analysis: Analysis,
+        mesh: &Mesh,
+        group: &SimpleCommunicator,
+        interface: &[u32],
+        response: ResponseKind,
+    ) -> Result<AssembledBody> {
+        let parts = group.size() as usize;
+        // The same on every rank of the group, errors included.
+        let elements = Elements::new(mesh, case)?;
+        let mut owners = partition(mesh, parts)
+            .map_err(|e| case.origin.error(format!("cannot be spread over {parts} ranks: {e}")))?;
+        give_to_first(mesh, &mut owners, interface);
+        // METIS draws from the C library's random numbers: only one rank's answer may count.
+        group.process_at_rank(0).broadcast_into(&mut owners[..]);
+        let numbering = Numbering::new(mesh, &owners, parts);
+        let part = Rc::new(MeshPart::with_numbering(mesh, &owners, group.rank() as u32, &numbering));
+        let temperature = case.temperature.as_ref().map(|t| temperatures(t, &part.points)).transpose();
+        // From here on ranks see different nodes: an error of one is agreed before the next collective call.
+        let temperature = agree(group, temperature)?.map(Rc::new);
+        let mut constraints = Constraints::new(case, mesh)?;
+        let free = FreeModes::new(mesh, &constraints);
+        let fixings = free.fixings(mesh, &constraints, interface);
+        constraints.fix(&fixings);
+        let interface = Interface::new(interface, mesh, &constraints, &numbering, group);
+        let model = Model {
+            part: part.clone(),
+            elements,
+            law: LinearElastic::new(&case.material, analysis),
+            constraints: constraints.of_part(&part),
+            thickness: analysis.thickness(),
+        };
+        let dim = part.dim;
+        let condensed =
+            response.is_condensed(&case.name, part.n_global_nodes * dim, interface.nodes.len() * dim, dim)?;
+
+        let start = Instant::now();
+        let dofs: Vec<i32> =
+            part.global.iter().flat_map(|&g| (0..dim).map(move |c| (g as usize * dim + c) as i32)).collect();
+        let ghosts = Gather::new(&Vector::zeros(group, part.n_owned * dim)?, &dofs)?;
+        let parameters = model.parameters(temperature.as_ref().map(|t| &t[..]), &model.constraints);
+        let external = parameters.external_forces(case, mesh, group)?;
+        let Assembled { matrix, thermal, prescribed } = parameters.stiffness(group)?;
+        let cost = SharedCost::default();
+        cost.add(|c| c.assemble = start.elapsed().as_secs_f64());
+        let setting = Setting { body: case.name.clone(), prefix: options_prefix(&case.name), dim };
+        let loads = Loads {
+            factors: LoadFactors::default(),
+            external,
+            thermal,
+            prescribed,
+            mode_work: Vec::new(),
+            mode_scale: Vec::new(),
+            current: Vec::new(),
+            condensed: None,
+        };
+        Ok(AssembledBody {
+            part,
+            numbering,
+            free,
+            fixings,
+            interface,
+            cost,
+            model,
+            temperature,
+            loads,
+            matrix,
+            setting,
+            condensed,
+            ghosts,
+        })
+    }
+}
+
+impl AssembledBody {
+    /// The stiffness matrix with supports and fixings eliminated.
+    pub fn matrix(&self) -> &Matrix {
+        &self.matrix
+    }
+
+    /// Right-hand side of all loads at factor 1 at the owned nodes, N, in the nodes' frames.
+    pub fn load(&self) -> Vec<f64> {
+        let external = self.model.constraints.to_frames(&self.loads.external, self.part.dim);
+        let parts = external.iter().zip(&self.loads.thermal).zip(&self.loads.prescribed);
+        parts.map(|((e, t), p)| e + t + p).collect()
+    }
+
+    /// Factorises. Collective.
+    pub fn factorise(self, group: &SimpleCommunicator) -> Result<Body> {
+        let AssembledBody { interface, setting, cost, loads, temperature, .. } = self;
+        let name = setting.body.clone();
+        let system = System::new(group, self.matrix, &interface, setting, self.condensed, &cost)?;
+        let mut body = Body {
+            name,
+            part: self.part,
+            numbering: self.numbering,
+            free: Rc::new(self.free),
+            fixings: Rc::new(self.fixings),
+            interface: Rc::new(interface),
+            cost,
+            model: Rc::new(self.model),
+            given_temperature: temperature.clone(),
+            temperature,
+            loads,
+            system: Rc::new(system),
+            ghosts: self.ghosts,
+        };
+        [body.loads.mode_work, body.loads.mode_scale] = body.work_on_modes(group);
+        body.combine_loads();
+        Ok(body)
+    }
+}

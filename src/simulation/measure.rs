@@ -1,0 +1,96 @@
+//! The contact solve alone, without stresses and output, and where its time goes.
+use super::{Plan, active::Active, pairs::pair_results};
+use crate::{
+    body::{Cost, LoadFactors},
+    case::Case,
+    error::Result,
+    output::PairSummary,
+    parallel,
+};
+
+/// A contact solve from the assembled matrices to the displacements of all bodies; the same on all ranks.
+#[derive(Debug, Clone)]
+pub struct ContactSolve {
+    /// Unknowns of all bodies.
+    pub dofs: usize,
+    /// Wall seconds, the largest over the ranks; meshing and assembly are left out.
+    pub seconds: f64,
+    /// Where they go.
+    pub split: ContactSplit,
+    /// True if it ended with a solution.
+    pub converged: bool,
+    /// Alternations.
+    pub alternations: usize,
+    /// Updates of the active set.
+    pub updates: usize,
+    /// What the pairs transmit.
+    pub pairs: Vec<PairSummary>,
+}
+
+/// Seconds of the parts of a contact solve, each the largest over the ranks.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactSplit {
+    /// Factorisation of the stiffness matrices, with the Schur complements of the interfaces.
+    pub factor: f64,
+    /// Loads condensed to the interfaces.
+    pub condense: f64,
+    /// Interface operators: made and factorised.
+    pub interface: f64,
+    /// Contact search and rows.
+    pub search: f64,
+    /// The driver, but for the interface operators.
+    pub alternate: f64,
+    /// Displacements of the interiors.
+    pub recover: f64,
+}
+
+impl ContactSolve {
+    /// Solves a case of one load step by the active-set driver. Collective.
+    pub fn run(case: &Case, plan: &Plan) -> Result<ContactSolve> {
+        let exchange = plan.exchange(case);
+        let mut active = Active::new(case, plan, &exchange)?;
+        let cost = |active: &Active| {
+            active.bodies.iter().map(|b| b.cost()).fold(Cost::default(), |sum, c| Cost {
+                factor: sum.factor + c.factor,
+                condense: sum.condense + c.condense,
+                interface: sum.interface + c.interface,
+                ..sum
+            })
+        };
+        let before = cost(&active);
+        let (found, _) = active.step(case, plan, &exchange, 1, LoadFactors::default(), |_| {})?;
+        let (after, clock) = (cost(&active), active.clock);
+        let in_step = after.interface + after.condense - before.interface - before.condense;
+        let seconds = [
+            clock.search + clock.factorise + clock.step,
+            after.factor,
+            after.condense,
+            after.interface,
+            clock.search,
+            clock.step - clock.recover - in_step,
+            clock.recover,
+        ];
+        let world = &plan.groups.world;
+        let s = parallel::max(world, &seconds);
+        let (pairs, ..) = pair_results(case, &found, world, &mut Vec::new());
+        let mut reason = found.reason;
+        let counts =
+            super::share_outcome(world, &mut reason, [found.history.len() as u64, found.updates, 0, 0]);
+        Ok(ContactSolve {
+            dofs: plan.dofs.iter().sum(),
+            seconds: s[0],
+            split: ContactSplit {
+                factor: s[1],
+                condense: s[2],
+                interface: s[3],
+                search: s[4],
+                alternate: s[5],
+                recover: s[6],
+            },
+            converged: reason.converged(),
+            alternations: counts[0] as usize,
+            updates: counts[1] as usize,
+            pairs,
+        })
+    }
+}
