@@ -15,7 +15,7 @@ impl Surface {
         let tangent = [-normal[1], normal[0], 0.0];
         let center = [through[0], through[1], 0.0];
         let end = |side: f64| combine([(1.0, &center), (side * extent, &tangent)]);
-        Surface::from_points(vec![end(-1.0), end(1.0)], vec![vec![0, 1]], 1.0)
+        Surface::rigid(vec![end(-1.0), end(1.0)], vec![vec![0, 1]])
     }
 
     /// A circle, run through anticlockwise; clockwise if contact is on its `inside` (a bore). Every node lies on it.
@@ -27,7 +27,11 @@ impl Surface {
             [center[0] + radius * cos, center[1] + radius * sin, 0.0]
         };
         let facet = |f: u32| vec![2 * f, (2 * f + 2) % count, 2 * f + 1];
-        Surface::from_points((0..count).map(point).collect(), (0..CIRCLE_FACETS).map(facet).collect(), 1.0)
+        Surface::rigid((0..count).map(point).collect(), (0..CIRCLE_FACETS).map(facet).collect())
+    }
+
+    fn rigid(points: Vec<[f64; 3]>, facets: Vec<Vec<u32>>) -> Surface {
+        Surface { rigid: true, ..Surface::from_points(points, facets, 1.0) }
     }
 
     /// Straight lines from point to point, closed if the last point is the first; the body lies to the left.
@@ -36,6 +40,6 @@ impl Surface {
         let n_nodes = points.len() - usize::from(closed);
         let nodes = points[..n_nodes].iter().map(|p| [p[0], p[1], 0.0]).collect();
         let facets = (1..points.len()).map(|i| vec![i as u32 - 1, (i % n_nodes) as u32]).collect();
-        Surface::from_points(nodes, facets, 1.0)
+        Surface::rigid(nodes, facets)
     }
 }

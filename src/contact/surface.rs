@@ -18,6 +18,8 @@ pub struct Surface {
     pub facets: Vec<Vec<u32>>,
     /// Tributary area of each node, int N_i t ds, m2.
     pub weights: Vec<f64>,
+    /// True if no deformation can change the shape: the normals are exact, whatever is pressed against it.
+    pub rigid: bool,
 }
 
 /// Shape functions of a two- or three-node line at `xi` in [-1, 1], and their derivatives.

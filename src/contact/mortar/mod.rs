@@ -6,6 +6,8 @@
 //!
 //! gap_j = int psi_j (g - n . (u - sum_k N_k u_k)) dA / D_j,  n the normal field of the multiplier side.
 //!
+//! Against a rigid surface with normal m it is m / (m . n) in place of n: both bodies touch along its shape.
+//!
 //! All integrals run over the part of the multiplier side that has a partner, also those that make psi dual
 //! (consistent boundary modification, Cichosz and Bischoff 2011; Popp et al. 2012, 2013): a uniform pressure then gives
 //! the consistent nodal forces on both sides for any two meshes and any overlap.
@@ -21,7 +23,7 @@ use super::{
     Row, Surface,
     rows::ROUND_OFF,
     surface::line_shape,
-    vector::{combine, norm, sub, unit},
+    vector::{combine, dot, norm, sub, unit},
 };
 use crate::case;
 use dual::{Dual, Part};
@@ -126,6 +128,10 @@ impl<'a> Overlap<'a> {
                 let normal = edge.normal(xi);
                 let hit = segments.opposite(segment.facet, &edge.point(xi), &normal);
                 let Some((eta, distance)) = hit else { continue };
+                let normal = match mortar.rigid {
+                    true => along_rigid(&normal, &unit(&mortar.area_vector(segment.facet, eta))),
+                    false => normal,
+                };
                 let area = weight * half * edge.stretch(xi);
                 let b = part.basis(xi);
                 part.add(&b, area);
@@ -183,6 +189,13 @@ impl<'a> Overlap<'a> {
             }
         }
     }
+}
+
+/// What a displacement is multiplied with to give the change of the distance along `normal` from a rigid surface whose
+/// normal is `other`: a point that slides along that surface comes no nearer.
+fn along_rigid(normal: &[f64; 3], other: &[f64; 3]) -> [f64; 3] {
+    let cosine = dot(normal, other);
+    other.map(|c| c / cosine)
 }
 
 /// Integrals of one row, not yet divided by its area.
