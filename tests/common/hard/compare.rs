@@ -1,5 +1,5 @@
 //! Numbers of summaries: against limits, against what is expected, against each other.
-use super::expected::{Number, Same};
+use super::expected::{Number, Run, Same};
 use serde_json::Value;
 
 /// A number over its limit.
@@ -60,8 +60,11 @@ pub fn invariants(summary: &Value, round_off: f64) -> Vec<Ratio> {
     let mut ratios: Vec<Ratio> = LIMITS
         .iter()
         .map(|(key, limit)| {
-            let limit =
-                if matches!(*key, "residual" | "virtual_work") { limit.max(round_off) } else { *limit };
+            let limit = if matches!(*key, "residual" | "equilibrium" | "virtual_work") {
+                limit.max(round_off)
+            } else {
+                *limit
+            };
             Ratio::new(*key, number(&summary["checks"], key).unwrap_or(f64::NAN), limit)
         })
         .collect();
@@ -90,11 +93,16 @@ pub fn values(summary: &Value, numbers: &[Number]) -> Vec<String> {
 }
 
 /// Agreement between numbers of ranks, to 1e-8; alternations, which stop at a limit of their own, within a fifth. Where
-/// bodies `only touch`, forces are round-off and displacements alone are compared.
-pub fn ranks(one: &Value, other: &Value, round_off: f64, only_touch: bool) -> Vec<Ratio> {
-    let keys: &[&str] = if only_touch { &[] } else { &["normal_force", "max_pressure", "contact_length"] };
-    let ratios = differences(one, other, &Factors::ONE, keys);
-    named("ranks", ratios, 1e-8_f64.max(round_off), one, other)
+/// bodies only touch, forces are round-off and displacements alone are compared; where parts are loose, forces alone.
+pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
+    let keys: &[&str] = match (run.outcome.as_str(), run.loose) {
+        ("touching", _) => &[],
+        (_, true) => &["normal_force", "max_pressure"],
+        _ => &["normal_force", "max_pressure", "contact_length"],
+    };
+    let mut ratios = differences(one, other, &Factors::ONE, keys);
+    ratios.retain(|r| !run.loose || r.name != "displacement");
+    named("ranks", ratios, 1e-8_f64.max(run.round_off), one, other)
 }
 
 /// Agreement with the sides swapped: forces and displacements to the tolerance, alternations within a fifth.
