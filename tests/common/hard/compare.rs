@@ -92,7 +92,8 @@ pub fn values(summary: &Value, numbers: &[Number]) -> Vec<String> {
     numbers.iter().filter_map(fault).collect()
 }
 
-/// Agreement between numbers of ranks, to 1e-8; alternations, which stop at a limit of their own, within a fifth. Where
+/// Agreement between numbers of ranks, to 1e-8; alternations, which stop where
+/// round-off lets them, within a fifth or three. Where
 /// bodies only touch, forces are round-off and displacements alone are compared; where parts are loose, forces alone.
 pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
     let keys: &[&str] = match (run.outcome.as_str(), run.loose) {
@@ -102,22 +103,30 @@ pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
     };
     let mut ratios = differences(one, other, &Factors::ONE, keys);
     ratios.retain(|r| !run.loose || r.name != "displacement");
-    named("ranks", ratios, 1e-8_f64.max(run.round_off), one, other)
+    named("ranks", ratios, 1e-8_f64.max(run.round_off), 3.0, one, other)
 }
 
 /// Agreement with the sides swapped: forces and displacements to the tolerance, alternations within a fifth.
 pub fn swap(one: &Value, other: &Value, tolerance: f64) -> Vec<Ratio> {
     let ratios = differences(one, other, &Factors::ONE, &["normal_force"]);
-    named("swap", ratios, tolerance, one, other)
+    named("swap", ratios, tolerance, 1.0, one, other)
 }
 
-fn named(name: &str, mut ratios: Vec<Ratio>, tolerance: f64, one: &Value, other: &Value) -> Vec<Ratio> {
+/// Names and limits of differences; the alternations within a fifth, or `least`.
+fn named(
+    name: &str,
+    mut ratios: Vec<Ratio>,
+    tolerance: f64,
+    least: f64,
+    one: &Value,
+    other: &Value,
+) -> Vec<Ratio> {
     ratios.iter_mut().for_each(|r| {
         r.name = format!("{name}: {}", r.name);
         r.ratio /= tolerance;
     });
     let counts = [one, other].map(|s| s["alternations"].as_u64().unwrap_or(0));
-    let allowed = (0.2 * counts[0].max(counts[1]) as f64).ceil().max(1.0);
+    let allowed = (0.2 * counts[0].max(counts[1]) as f64).ceil().max(least);
     let difference = counts[0].abs_diff(counts[1]) as f64;
     // A count within its limit is not what an engineer looks for in the table.
     ratios.extend(
