@@ -46,6 +46,10 @@ pub struct Run {
     /// of ranks are not asked for more.
     #[serde(default)]
     pub round_off: f64,
+    /// Parts that contact does not hold rest in more than one place: which of their nodes touch without force, and where
+    /// they are, is not compared between numbers of ranks.
+    #[serde(default)]
+    pub loose: bool,
     /// Rigid motions left free.
     pub free_modes: Option<u64>,
     /// At least so many rigid motions left free.

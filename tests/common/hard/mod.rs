@@ -153,12 +153,7 @@ pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
             ratios.extend(compare::invariants(&found.summary, run.round_off));
             match &first {
                 None => faults.extend(numbers(&found, item, &mut ratios)),
-                Some(one) => ratios.extend(compare::ranks(
-                    &one.summary,
-                    &found.summary,
-                    run.round_off,
-                    run.outcome == "touching",
-                )),
+                Some(one) => ratios.extend(compare::ranks(&one.summary, &found.summary, run)),
             }
         }
         row.faults.extend(faults.into_iter().map(|fault| format!("{n} ranks: {fault}")));
