@@ -18,7 +18,7 @@ use std::{rc::Rc, time::Instant};
 const HELD: f64 = 1e-9;
 
 /// Modes whose stiffness on the active rows is below this share of the largest are not seen by them.
-const UNSEEN: f64 = 1e-12;
+const UNSEEN: f64 = 1e-10;
 
 /// Updates of the active set after which a unilateral step is given up: it is only a guess.
 const UNILATERAL_UPDATES: usize = 60;

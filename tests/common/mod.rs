@@ -51,25 +51,31 @@ pub fn value(summary: &Value, path: &str) -> f64 {
     found.and_then(Value::as_f64).unwrap_or_else(|| panic!("no number at {path}"))
 }
 
-/// Invariants I1 to I5 and I7 of a run that converged; `scale` is the elastic approach, m.
+/// Invariants I1 to I5 and I7 of a run that converged.
 pub fn check_invariants(summary: &Value, what: &str) {
+    check_invariants_within(summary, 1.0, what);
+}
+
+/// The same with a factor on what round-off may leave of equilibrium and virtual work: slender bodies lose digits, since
+/// small strains make large displacements (a clamped beam of 80 x 4 cells without any contact: 8e-11).
+pub fn check_invariants_within(summary: &Value, factor: f64, what: &str) {
     let check = |key: &str, limit: f64| {
         let value = value(summary, &format!("checks.{key}"));
         assert!(value <= limit, "{what}: {key} = {value:.2e} > {limit:.0e}");
     };
     check("action_reaction", 1e-10); // I1
-    check("equilibrium", 1e-9); // I2
-    check("residual", 1e-9);
+    check("equilibrium", 1e-9 * factor); // I2
+    check("residual", 1e-9 * factor);
     check("tension", 1e-6); // I4
     check("complementarity", 1e-6); // I5
-    check("virtual_work", 1e-10); // I7
-    // I3: the penetration against the largest displacement of the probes or the length of the contact.
-    for pair in summary["pairs"].as_array().expect("pairs") {
-        // A contact of one node has no length: then the travel of the probes is the scale.
-        let travel = summary["probes"].as_array().map_or(0.0, |probes| {
-            probes.iter().map(|probe| largest(&probe["displacement"])).fold(0.0, f64::max)
-        });
-        let length = pair["contact_length"].as_f64().unwrap_or(0.0).max(travel);
+    check("virtual_work", 1e-10 * factor); // I7
+    // I3: the penetration against the travel of the probes or the length of the contact (one node has none).
+    let pairs = summary["pairs"].as_array().expect("pairs");
+    let travel = summary["probes"]
+        .as_array()
+        .map_or(0.0, |probes| probes.iter().map(|probe| largest(&probe["displacement"])).fold(0.0, f64::max));
+    let length = pairs.iter().map(|pair| largest(&pair["contact_length"])).fold(travel, f64::max);
+    for pair in pairs {
         let penetration = pair["max_penetration"].as_f64().expect("a number");
         assert!(penetration <= 1e-8 * length, "{what}: penetration {penetration:.2e}");
     }
