@@ -1,4 +1,4 @@
-//! Finds PETSc and generates the bindings that `src/petsc` wraps.
+//! Finds PETSc and MUMPS and generates the bindings that `src/petsc` wraps.
 use std::{env, path::PathBuf, process::Command};
 
 fn main() {
@@ -39,6 +39,20 @@ fn main() {
         .expect("bindgen failed on PETSc's headers");
     let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets OUT_DIR"));
     bindings.write_to_file(out.join("petsc.rs")).expect("OUT_DIR is writable");
+
+    // PETSc depends on MUMPS; its interface does not reach all of it.
+    println!("cargo::rustc-link-lib=dmumps");
+    bindgen::Builder::default()
+        .header_contents("mumps.h", "#include <dmumps_c.h>")
+        .clang_args(petsc.include_paths.iter().map(|dir| format!("-I{}", dir.display())))
+        .rust_edition(bindgen::RustEdition::Edition2024)
+        .allowlist_function("dmumps_c")
+        .layout_tests(false)
+        .generate_comments(false)
+        .generate()
+        .expect("bindgen failed on MUMPS' header")
+        .write_to_file(out.join("mumps.rs"))
+        .expect("OUT_DIR is writable");
 }
 
 /// `-I...` of Open MPI.

@@ -14,8 +14,11 @@ use crate::{
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::{rc::Rc, time::Instant};
 
+/// A row whose compliance is below this share of the mean is held by a support.
+const HELD: f64 = 1e-9;
+
 /// Modes whose stiffness on the active rows is below this share of the largest are not seen by them.
-const UNSEEN: f64 = 1e-12;
+const UNSEEN: f64 = 1e-10;
 
 /// Updates of the active set after which a unilateral step is given up: it is only a guess.
 const UNILATERAL_UPDATES: usize = 60;
@@ -79,7 +82,10 @@ impl Condensed {
     /// Displacement step.
     pub(super) fn prescribe(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>> {
         let mut force = vec![0.0; inward.len()];
-        let chosen: Vec<usize> = (0..active.len()).filter(|&i| active[i]).collect();
+        // A support holds the other rows: no force moves them, and none resists.
+        let least = HELD * self.compliance.mean_diagonal();
+        let yields = |i: usize| self.compliance.at(i, i) > least;
+        let chosen: Vec<usize> = (0..active.len()).filter(|&i| active[i] && yields(i)).collect();
         if chosen.is_empty() {
             return Ok(force);
         }

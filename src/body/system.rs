@@ -87,7 +87,7 @@ impl System {
             cost.add(|c| c.factor += start.elapsed().as_secs_f64());
             let start = Instant::now();
             let factor = if group.rank() == 0 {
-                Symmetric::new(dofs.len(), s).into_cholesky(0.0).and_then(|factor| {
+                Symmetric::from_lower_rows(dofs.len(), s).into_cholesky(0.0).and_then(|factor| {
                     factor.map(Some).ok_or_else(|| {
                         Error::internal(
                             "the Schur complement of the interface is not positive definite: is a free piece \
@@ -162,7 +162,7 @@ impl System {
         self.correct(group, x, &residual)
     }
 
-    /// b_B - A_BI A_II^-1 b_I, on the first rank; empty elsewhere. Collective.
+    /// b_B - A_BI A_II^-1 b_I, on the first rank; empty elsewhere. Half a solve. Collective.
     pub fn condense(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
         let Answer::Condensed(Condensate { interior, dofs, .. }) = &self.answer else {
             return Ok(Vec::new());
@@ -170,35 +170,23 @@ impl System {
         let mut inside = b.to_vec();
         dofs.iter().for_each(|&dof| inside[dof] = 0.0);
         let size = parallel::max(group, &[inside.iter().fold(0.0, |m: f64, v| m.max(v.abs()))])[0];
-        let at = |values: &[f64]| -> Vec<f64> { dofs.iter().map(|&dof| values[dof]).collect() };
-        let on_interface = at(b);
         if size == 0.0 {
-            return Ok(on_interface);
+            return Ok(dofs.iter().map(|&dof| b[dof]).collect());
         }
         let start = Instant::now();
-        let (rhs, x) = (vector(group, &inside)?, Vector::zeros(group, b.len())?);
-        interior.solve_interior(&rhs, &x)?;
-        self.matrix.times(&x, &rhs)?;
-        let reaction = at(&rhs.to_vec()?);
-        self.cost.add(|c| {
-            c.solves += 1;
-            c.condense += start.elapsed().as_secs_f64();
-        });
-        Ok(std::iter::zip(on_interface, reaction).map(|(b, r)| b - r).collect())
+        let condensed = interior.reduce(group, b)?;
+        self.cost.add(|c| c.condense += start.elapsed().as_secs_f64());
+        Ok(condensed)
     }
 
-    /// All of x from x_B, given on the first rank: x_I = A_II^-1 (b_I - A_IB x_B). Collective.
+    /// All of x from x_B, given on the first rank: x_I = A_II^-1 (b_I - A_IB x_B). Half a solve if b_I has just been
+    /// condensed, else a whole one. Collective.
     pub fn recover(&self, group: &SimpleCommunicator, b: &[f64], interface: &[f64]) -> Result<Vec<f64>> {
-        let Answer::Condensed(Condensate { interior, dofs, .. }) = &self.answer else {
+        let Answer::Condensed(Condensate { interior, .. }) = &self.answer else {
             return Err(Error::internal("only a condensed body recovers its interior"));
         };
-        let mut x = vec![0.0; b.len()];
-        std::iter::zip(dofs, interface).for_each(|(&dof, value)| x[dof] = *value);
-        let rhs = vector(group, &self.residual(group, b, &x)?)?;
-        let inside = Vector::zeros(group, b.len())?;
-        interior.solve_interior(&rhs, &inside)?;
+        let x = interior.expand(group, b, interface)?;
         self.cost.add(|c| c.solves += 1);
-        std::iter::zip(&mut x, inside.to_vec()?).for_each(|(x, inside)| *x += inside);
         Ok(x)
     }
 

@@ -145,3 +145,27 @@ pub fn gather(comm: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
     root.gather_varcount_into_root(values, &mut partition);
     all
 }
+
+/// Deals rank 0's vector out: each rank, in rank order, gets its next `n` entries. Collective.
+pub fn scatter(comm: &SimpleCommunicator, all: &[f64], n: usize) -> Vec<f64> {
+    let root = comm.process_at_rank(0);
+    let count = n as i32;
+    let mut own = vec![0.0; n];
+    if comm.rank() != 0 {
+        root.gather_into(&count);
+        root.scatter_varcount_into(&mut own[..]);
+        return own;
+    }
+    let mut counts = vec![0; comm.size() as usize];
+    root.gather_into_root(&count, &mut counts[..]);
+    let displacements: Vec<i32> = counts
+        .iter()
+        .scan(0, |end, &n| {
+            *end += n;
+            Some(*end - n)
+        })
+        .collect();
+    let partition = mpi::datatype::Partition::new(all, &counts[..], &displacements[..]);
+    root.scatter_varcount_into_root(&partition, &mut own[..]);
+    own
+}

@@ -81,17 +81,16 @@ pub struct Cholesky {
 }
 
 impl Symmetric {
-    /// The symmetric part of a square matrix of `n` x `n` values.
-    pub fn new(n: usize, mut a: Vec<f64>) -> Self {
+    /// From the lower triangle of `n` x `n` values, row by row; the others do not count.
+    pub fn from_lower_rows(n: usize, mut a: Vec<f64>) -> Self {
         assert_eq!(a.len(), n * n);
         // Blocks, so that one of the two triangles is not read with a stride of n.
         const BLOCK: usize = 32;
-        for j0 in (0..n).step_by(BLOCK) {
-            for i0 in (j0..n).step_by(BLOCK) {
-                for j in j0..(j0 + BLOCK).min(n) {
-                    for i in i0.max(j + 1)..(i0 + BLOCK).min(n) {
-                        let mean = 0.5 * (a[j * n + i] + a[i * n + j]);
-                        (a[j * n + i], a[i * n + j]) = (mean, mean);
+        for i0 in (0..n).step_by(BLOCK) {
+            for j0 in (0..=i0).step_by(BLOCK) {
+                for i in i0..(i0 + BLOCK).min(n) {
+                    for j in j0..(j0 + BLOCK).min(i) {
+                        a[j * n + i] = a[i * n + j];
                     }
                 }
             }
@@ -291,14 +290,17 @@ mod tests {
         }
         let p = a.principal(&[3, 0]);
         assert_eq!((p.at(0, 0), p.at(0, 1), p.at(1, 1)), (a.at(3, 3), a.at(3, 0), a.at(0, 0)));
-        let s = Symmetric::new(2, vec![1.0, 2.0, 4.0, 5.0]);
-        assert_eq!((s.at(0, 1), s.at(1, 0)), (3.0, 3.0));
+        let n = 70;
+        let s = Symmetric::from_lower_rows(n, (0..n * n).map(|k| k as f64).collect());
+        for (i, j) in (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            assert_eq!([s.at(i, j), s.at(j, i)], [(i * n + j) as f64; 2]);
+        }
     }
 
     #[test]
     fn what_is_not_positive_definite_has_no_factor() {
-        assert!(Symmetric::new(2, vec![1.0, 2.0, 2.0, 1.0]).cholesky().unwrap().is_none());
-        let dependent = Symmetric::new(2, vec![1.0, 1.0, 1.0, 1.0]);
+        assert!(Symmetric::from_lower_rows(2, vec![1.0, 2.0, 2.0, 1.0]).cholesky().unwrap().is_none());
+        let dependent = Symmetric::from_lower_rows(2, vec![1.0, 1.0, 1.0, 1.0]);
         let factor = dependent.regular_cholesky().unwrap();
         let mut b = vec![2.0, 2.0];
         factor.solve(&mut b).unwrap();

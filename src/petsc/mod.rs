@@ -20,3 +20,9 @@ pub use session::{Session, abort, has_option, option_prefixes_left, set_options}
 mod sys {
     include!(concat!(env!("OUT_DIR"), "/petsc.rs"));
 }
+
+#[allow(non_upper_case_globals, non_camel_case_types, non_snake_case, missing_docs, unused)]
+#[allow(unsafe_op_in_unsafe_fn, rustdoc::all, clippy::all)]
+mod mumps {
+    include!(concat!(env!("OUT_DIR"), "/mumps.rs"));
+}

@@ -1,90 +1,261 @@
 //! One factorisation that also returns the Schur complement on chosen unknowns.
-use super::{
-    Matrix, Vector,
-    error::check,
-    handle::{int, make},
-    sys,
+//!
+//! By MUMPS without PETSc between: PETSc's interface runs the two halves of a solve only together, whereas the loads of a
+//! body are condensed (forwards) before the contact is solved and its interior is recovered (backwards) after it.
+use super::{Matrix, error::check, handle::int, mumps, sys};
+use crate::{
+    error::{Error, Result},
+    parallel,
 };
-use crate::error::{Error, Result};
-use mpi::traits::{AsRaw, Communicator};
-use std::{ffi::CString, mem::MaybeUninit, ptr, slice};
+use mpi::{ffi::RSMPI_Comm_c2f, topology::SimpleCommunicator, traits::*};
+use std::{cell::RefCell, ffi::CString, ptr};
 
-handle!(Factor, Mat, MatDestroy);
-handle!(Index, IS, ISDestroy);
-handle!(Complement, Mat, MatDestroy);
+/// A factorisation short of memory is tried again with twice the reserve so often.
+const RETRIES: usize = 6;
 
-/// Control of MUMPS: what a solve does with the unknowns of the Schur complement.
-const ICNTL_SCHUR_SOLVE: i32 = 26;
+/// `job` of a call of MUMPS.
+#[derive(Clone, Copy)]
+#[repr(i32)]
+enum Job {
+    Start = -1,
+    End = -2,
+    Analyse = 1,
+    Factorise = 2,
+    Solve = 3,
+}
+
+/// What a solve does with the Schur complement, ICNTL(26).
+#[derive(Clone, Copy)]
+#[repr(i32)]
+enum Half {
+    Reduce = 1,
+    Expand = 2,
+}
 
 /// A factor of the interior block A_II of a matrix whose other unknowns B are condensed.
-pub struct SchurFactor(Factor);
+pub struct SchurFactor(RefCell<Instance>);
+
+/// An instance of MUMPS with the arrays it points to.
+struct Instance {
+    id: Box<mumps::DMUMPS_STRUC_C>,
+    /// Right-hand side or solution of all unknowns, on the first rank.
+    all: Vec<f64>,
+    /// The same of B.
+    reduced: Vec<f64>,
+    /// Owned entries, without those of B, of the right-hand side whose reduction waits for its expansion.
+    last: Option<Vec<f64>>,
+    /// B's owned entries, on the first rank.
+    interface: Vec<usize>,
+}
+
+/// Upper triangle of this rank's rows, numbered from 1.
+#[derive(Default)]
+struct Triples {
+    rows: Vec<i32>,
+    columns: Vec<i32>,
+    values: Vec<f64>,
+}
 
 impl SchurFactor {
     /// Factorises `a` by MUMPS (Cholesky) and returns S = A_BB - A_BI A_II^-1 A_IB, row i for the i-th of `interface`:
-    /// n x n values on rank 0, none elsewhere. `interface`: global indices, owned by rank 0 and given there; empty on
-    /// the other ranks. A may be singular if A_II is not. PETSc options with the `prefix` apply. Collective.
-    pub fn new<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
-        comm: &C,
+    /// n x n values on rank 0, row by row, of which the lower triangle counts; none elsewhere. `interface`: global
+    /// indices, owned by rank 0 and given there; empty on the other ranks. A may be singular if A_II is not. PETSc's
+    /// options for MUMPS with the `prefix` apply. Collective.
+    pub fn new(
+        group: &SimpleCommunicator,
         a: &Matrix,
         interface: &[i32],
         prefix: &str,
     ) -> Result<(SchurFactor, Vec<f64>)> {
-        assert!(comm.rank() == 0 || interface.is_empty());
-        let prefix = CString::new(prefix).map_err(Error::internal)?;
-        let n = int(interface.len())?;
-        // SAFETY: valid handles from `make` on; PETSc copies indices and strings.
-        unsafe {
-            if comm.size() > 1 {
-                // PETSc 3.18 returns garbage off the diagonal of a parallel Schur complement of a matrix that is
-                // known to be positive definite: it transposes S in place, which does nothing to a symmetric one.
-                check(sys::MatSetOption(a.0, sys::MatOption::MAT_SPD, sys::PetscBool::PETSC_FALSE))?;
-            }
-            let copy = sys::PetscCopyMode::PETSC_COPY_VALUES;
-            let is = Index(make(|s| sys::ISCreateGeneral(comm.as_raw(), n, interface.as_ptr(), copy, s))?);
-            let cholesky = sys::MatFactorType::MAT_FACTOR_CHOLESKY;
-            let factor = Factor(make(|f| sys::MatGetFactor(a.0, sys::MATSOLVERMUMPS.as_ptr(), cholesky, f))?);
-            check(sys::MatSetOptionsPrefix(factor.0, prefix.as_ptr()))?;
-            check(sys::MatFactorSetSchurIS(factor.0, is.0))?;
-            let mut info = MaybeUninit::uninit();
-            check(sys::MatFactorInfoInitialize(info.as_mut_ptr()))?;
-            let info = info.assume_init();
-            check(sys::MatCholeskyFactorSymbolic(factor.0, a.0, ptr::null_mut(), &info))?;
-            check_factor(&factor, "analysis")?;
-            check(sys::MatCholeskyFactorNumeric(factor.0, a.0, &info))?;
-            check_factor(&factor, "factorisation")?;
-            let mut status = 0;
-            let s = Complement(make(|s| sys::MatFactorCreateSchurComplement(factor.0, s, &mut status))?);
-            let mut values = Vec::new();
-            if comm.rank() == 0 {
-                let mut p = ptr::null();
-                check(sys::MatDenseGetArrayRead(s.0, &mut p))?;
-                values = slice::from_raw_parts(p, interface.len() * interface.len()).to_vec();
-                check(sys::MatDenseRestoreArrayRead(s.0, &mut p))?;
-            }
-            // From here on a solve leaves B alone.
-            check(sys::MatMumpsSetIcntl(factor.0, ICNTL_SCHUR_SOLVE, 0))?;
-            Ok((SchurFactor(factor), values))
+        assert!(group.rank() == 0 || interface.is_empty());
+        let (n, mut triples) = upper_triangle(a)?;
+        let size = parallel::sum(group, &[interface.len() as f64])[0] as usize;
+        let mut instance = Instance::start(group)?;
+        let id = &mut instance.id;
+        id.n = int(n)?;
+        set_options(id, prefix)?;
+        let count = triples.values.len() as i64;
+        let [rows, columns] = [triples.rows.as_mut_ptr(), triples.columns.as_mut_ptr()];
+        if group.size() == 1 {
+            id.icntl[17] = 0;
+            (id.nnz, id.irn, id.jcn, id.a) = (count, rows, columns, triples.values.as_mut_ptr());
+        } else {
+            id.icntl[17] = 3;
+            (id.nnz_loc, id.irn_loc, id.jcn_loc, id.a_loc) =
+                (count, rows, columns, triples.values.as_mut_ptr());
         }
+        // The Schur complement and right-hand sides are the first rank's.
+        (id.icntl[4], id.icntl[18], id.icntl[19], id.icntl[20]) = (0, 1, 0, 0);
+        let mut chosen: Vec<i32> = interface.iter().map(|i| i + 1).collect();
+        let mut s = vec![0.0; interface.len() * interface.len()];
+        (id.size_schur, id.listvar_schur, id.schur) = (int(size)?, chosen.as_mut_ptr(), s.as_mut_ptr());
+        instance.call(Job::Analyse, "analysis")?;
+        let mut tried = 0;
+        loop {
+            match instance.call(Job::Factorise, "factorisation") {
+                Err(_) if tried < RETRIES && instance.lacks_memory() => instance.id.icntl[13] *= 2,
+                other => break other?,
+            }
+            tried += 1;
+        }
+        let id = &mut instance.id;
+        // The matrix is no longer needed.
+        (id.irn, id.jcn, id.a) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
+        (id.irn_loc, id.jcn_loc, id.a_loc) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
+        (id.listvar_schur, id.schur) = (ptr::null_mut(), ptr::null_mut());
+        if group.rank() == 0 {
+            (instance.all, instance.reduced) = (vec![0.0; n], vec![0.0; size]);
+            instance.interface = interface.iter().map(|&i| i as usize).collect();
+        }
+        Ok((SchurFactor(RefCell::new(instance)), s))
     }
 
-    /// x_I = A_II^-1 b_I and x_B = 0. Collective.
-    pub fn solve_interior(&self, b: &Vector, x: &Vector) -> Result<()> {
-        // SAFETY: valid handles of matching layout.
-        check(unsafe { sys::MatSolve(self.0.0, b.0, x.0) })
+    /// b_B - A_BI A_II^-1 b_I on rank 0, empty elsewhere; `b`: owned entries. Half a solve. Collective.
+    pub fn reduce(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
+        self.0.borrow_mut().reduce(group, b)
+    }
+
+    /// Owned entries of x with x_I = A_II^-1 (b_I - A_IB x_B), x_B given on rank 0. Half a solve if b_I has just been
+    /// reduced, a whole one otherwise. Collective.
+    pub fn expand(&self, group: &SimpleCommunicator, b: &[f64], x_b: &[f64]) -> Result<Vec<f64>> {
+        let mut instance = self.0.borrow_mut();
+        let b = instance.inside(b);
+        let is_new = instance.last.as_ref() != Some(&b);
+        if parallel::max(group, &[f64::from(u8::from(is_new))])[0] > 0.0 {
+            instance.reduce(group, &b)?;
+        }
+        instance.expand(group, b.len(), x_b)
     }
 }
 
-/// MUMPS reports failure in the factor, not in a return code.
-fn check_factor(factor: &Factor, phase: &str) -> Result<()> {
-    let (mut error, mut info, mut more) = (0, 0, 0);
-    // SAFETY: a valid factor by MUMPS; INFOG(1) and INFOG(2) are read.
+impl Instance {
+    fn start(group: &SimpleCommunicator) -> Result<Instance> {
+        // SAFETY: the structure is plain data, and all zeros is what MUMPS expects before it starts.
+        let mut id: Box<mumps::DMUMPS_STRUC_C> = unsafe { Box::new(std::mem::zeroed()) };
+        // SAFETY: a valid communicator, which MUMPS duplicates.
+        id.comm_fortran = unsafe { RSMPI_Comm_c2f(group.as_raw()) };
+        // Symmetric positive definite; the first rank takes part in the work.
+        (id.sym, id.par) = (1, 1);
+        let mut instance =
+            Instance { id, all: Vec::new(), reduced: Vec::new(), last: None, interface: Vec::new() };
+        instance.call(Job::Start, "start")?;
+        // Silent: errors are returned.
+        instance.id.icntl[..4].copy_from_slice(&[-1, -1, -1, 0]);
+        Ok(instance)
+    }
+
+    fn call(&mut self, job: Job, phase: &str) -> Result<()> {
+        self.id.job = job as i32;
+        // SAFETY: the arrays that this job reads and writes are there and have the sizes that MUMPS was told.
+        unsafe { mumps::dmumps_c(&mut *self.id) };
+        let [error, more] = [self.id.infog[0], self.id.infog[1]];
+        if error >= 0 {
+            return Ok(());
+        }
+        Err(Error::internal(format!("MUMPS {phase}: INFOG(1) = {error}, INFOG(2) = {more}")))
+    }
+
+    /// True after a factorisation that a larger ICNTL(14) may help.
+    fn lacks_memory(&self) -> bool {
+        matches!(self.id.infog[0], -8 | -9 | -14 | -15 | -17 | -20)
+    }
+
+    /// b with zeros on B.
+    fn inside(&self, b: &[f64]) -> Vec<f64> {
+        let mut inside = b.to_vec();
+        self.interface.iter().for_each(|&i| inside[i] = 0.0);
+        inside
+    }
+
+    fn reduce(&mut self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
+        if group.size() == 1 {
+            self.all.copy_from_slice(b);
+        } else {
+            self.all = parallel::gather(group, b);
+        }
+        self.solve(Half::Reduce)?;
+        self.last = Some(self.inside(b));
+        Ok(self.reduced.clone())
+    }
+
+    fn expand(&mut self, group: &SimpleCommunicator, n_owned: usize, x_b: &[f64]) -> Result<Vec<f64>> {
+        self.reduced.copy_from_slice(x_b);
+        self.solve(Half::Expand)?;
+        // MUMPS has given up what the reduction left.
+        self.last = None;
+        let mut x = match group.size() {
+            1 => self.all.clone(),
+            _ => parallel::scatter(group, &self.all, n_owned),
+        };
+        std::iter::zip(&self.interface, x_b).for_each(|(&i, value)| x[i] = *value);
+        Ok(x)
+    }
+
+    fn solve(&mut self, half: Half) -> Result<()> {
+        let id = &mut self.id;
+        id.icntl[25] = half as i32;
+        (id.nrhs, id.lrhs, id.rhs) = (1, id.n, self.all.as_mut_ptr());
+        (id.lredrhs, id.redrhs) = (id.size_schur, self.reduced.as_mut_ptr());
+        self.call(Job::Solve, "solve")
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // An error leaves nothing to be done.
+        let _ = self.call(Job::End, "end");
+    }
+}
+
+/// Number of all rows, and this rank's entries on and above the diagonal.
+fn upper_triangle(a: &Matrix) -> Result<(usize, Triples)> {
+    let mut triples = Triples::default();
+    let (mut n, mut first, mut end) = (0, 0, 0);
+    // SAFETY: a valid matrix; every row is given back before the next is asked for.
     unsafe {
-        check(sys::MatFactorGetError(factor.0, &mut error))?;
-        check(sys::MatMumpsGetInfog(factor.0, 1, &mut info))?;
-        check(sys::MatMumpsGetInfog(factor.0, 2, &mut more))?;
+        check(sys::MatGetSize(a.0, &mut n, ptr::null_mut()))?;
+        check(sys::MatGetOwnershipRange(a.0, &mut first, &mut end))?;
+        for row in first..end {
+            let (mut count, mut columns, mut values) = (0, ptr::null(), ptr::null());
+            check(sys::MatGetRow(a.0, row, &mut count, &mut columns, &mut values))?;
+            if count > 0 {
+                let of_row = std::slice::from_raw_parts(columns, count as usize);
+                let of_row = of_row.iter().zip(std::slice::from_raw_parts(values, count as usize));
+                for (&column, &value) in of_row.filter(|(column, _)| **column >= row) {
+                    triples.rows.push(row + 1);
+                    triples.columns.push(column + 1);
+                    triples.values.push(value);
+                }
+            }
+            check(sys::MatRestoreRow(a.0, row, &mut count, &mut columns, &mut values))?;
+        }
     }
-    if error == 0 && info >= 0 {
-        return Ok(());
+    Ok((n as usize, triples))
+}
+
+/// Takes `-<prefix>mat_mumps_icntl_<i>` and `-<prefix>mat_mumps_cntl_<i>` from the options, as PETSc's interface does.
+fn set_options(id: &mut mumps::DMUMPS_STRUC_C, prefix: &str) -> Result<()> {
+    let prefix = CString::new(prefix).map_err(Error::internal)?;
+    let none = ptr::null_mut();
+    let mut found = sys::PetscBool::PETSC_FALSE;
+    let mut printed = false;
+    // SAFETY: a null options object means the global database; strings live through the calls.
+    unsafe {
+        for (i, control) in id.icntl.iter_mut().enumerate() {
+            let name = CString::new(format!("-mat_mumps_icntl_{}", i + 1)).map_err(Error::internal)?;
+            let mut value = *control;
+            check(sys::PetscOptionsGetInt(none, prefix.as_ptr(), name.as_ptr(), &mut value, &mut found))?;
+            *control = value;
+            printed |= i == 3 && value > 0;
+        }
+        for (i, control) in id.cntl.iter_mut().enumerate() {
+            let name = CString::new(format!("-mat_mumps_cntl_{}", i + 1)).map_err(Error::internal)?;
+            check(sys::PetscOptionsGetReal(none, prefix.as_ptr(), name.as_ptr(), control, &mut found))?;
+        }
     }
-    Err(Error::internal(format!("MUMPS {phase}: INFOG(1) = {info}, INFOG(2) = {more}")))
+    if printed {
+        // Unit 6 is the standard output.
+        id.icntl[..3].copy_from_slice(&[6, 0, 6]);
+    }
+    Ok(())
 }

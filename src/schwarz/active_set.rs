@@ -23,8 +23,14 @@ const THRESHOLD: f64 = 1e-11;
 /// Tolerance of the linear systems while the active set still changes.
 const EARLY: f64 = 1e-3;
 
+/// Imbalance of the forces, relative to the sum of the absolute works, that is round-off.
+const BALANCED: f64 = 1e-12;
+
 /// Iterations without a smaller residual after which round-off is taken to have been reached.
 const PATIENCE: usize = 12;
+
+/// Residual of the first guess, relative, up to which the leading bodies alone are a good model of the pairs.
+const MODEL: f64 = 1e-2;
 
 /// Product of the compliance ratios against long and short waves from which the body that is softer against short waves
 /// leads: 1 would balance the condition numbers, but the long waves are few, and conjugate gradients remove a few
@@ -64,6 +70,8 @@ pub struct ActiveSet<'c, 'a, B> {
     pub updates: usize,
     /// Rows that changed at the last update.
     pub flipped: Vec<usize>,
+    /// The residual that round-off leaves, if that is more than the tolerance.
+    pub round_off: Option<f64>,
     g_free: Vec<f64>,
     recorder: Recorder,
     threshold: f64,
@@ -107,6 +115,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             active: vec![false; n],
             updates: 0,
             flipped: Vec::new(),
+            round_off: None,
             g_free,
             recorder,
             threshold: THRESHOLD,
@@ -134,6 +143,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             _ => self.one_sided_guess(&start)?,
         };
         self.active = guess.iter().map(|r| *r > 0.0).collect();
+        let guess = self.improved_guess(guess, &mut progress)?;
         let reason = self.iterate(guess, &start, &mut progress)?;
         Ok(Ok(self.outcome(reason)))
     }
@@ -153,6 +163,41 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             guess = start.to_vec();
         }
         Ok(guess)
+    }
+
+    /// Where the first guess shows that F is nearly theta times the compliance C of the leading bodies, one more unilateral
+    /// step with that model, C R' + (g / theta - C R) >= 0, corrects the set before anything is solved on it.
+    fn improved_guess(
+        &mut self,
+        guess: Vec<f64>,
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Vec<f64>> {
+        let projector = self.coarse.projector(self.coupling.exchange, &self.active);
+        let responses = self.evaluate(guess, &projector, progress)?;
+        let r = self.residual_vector();
+        let (scale, floor) = self.scales();
+        let size = self.coupling.dot(&r, &r).sqrt();
+        let Some([own, other]) = responses else { return Ok(self.force.clone()) };
+        if size > MODEL * scale || size <= (self.limits.tolerance * scale).max(floor) {
+            return Ok(self.force.clone());
+        }
+        let mut model = vec![0.0; self.coupling.n];
+        for (i, _) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
+            let range = self.coupling.ranges[i].clone();
+            let leading = if self.lead[i] == Lead::Multiplier { &own } else { &other };
+            let work = |w: &[f64]| -> f64 { range.clone().map(|j| self.force[j] * w[j]).sum() };
+            let theta = (work(&own) + work(&other)) / work(leading);
+            let theta = if theta.is_finite() && theta > 0.0 { theta } else { 1.0 };
+            range.for_each(|j| model[j] = self.gap_at(j) / theta - leading[j]);
+        }
+        let mut better = self.coupling.unilateral_step(&model, &self.force, &self.lead)?;
+        if self.coupling.exchange.max(&[f64::from(u8::from(better.iter().any(|f| f.is_nan())))])[0] > 0.0
+            || self.coupling.dot(&better, &better) == 0.0
+        {
+            better = self.force.clone();
+        }
+        self.active = better.iter().map(|r| *r > 0.0).collect();
+        Ok(better)
     }
 
     fn outcome(&mut self, reason: Reason) -> Outcome {
@@ -177,6 +222,8 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             if flips == 0 {
                 let settled = early <= self.limits.tolerance || inner == Inner::RoundOff;
                 if settled && inner != Inner::Limit {
+                    self.round_off = (inner == Inner::RoundOff && self.residual > self.limits.tolerance)
+                        .then_some(self.residual);
                     return Ok(if self.any_active() { Reason::Converged } else { Reason::Open });
                 }
             }
@@ -291,38 +338,57 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// Solves on the active set, starting from `force` cut down to it and brought into equilibrium.
     fn solve(
         &mut self,
-        mut force: Vec<f64>,
+        force: Vec<f64>,
         projector: &Projector,
         tolerance: f64,
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Inner> {
+        self.evaluate(force, projector, progress)?;
+        self.solve_from_state(projector, tolerance, progress)
+    }
+
+    /// Forces cut down to the active set and brought into equilibrium, and the gaps under them; what they push the
+    /// multiplier and the mortar sides inwards, m, if that took a force step.
+    fn evaluate(
+        &mut self,
+        mut force: Vec<f64>,
+        projector: &Projector,
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Option<[Vec<f64>; 2]>> {
         std::iter::zip(&mut force, &self.active).filter(|(_, a)| !**a).for_each(|(f, _)| *f = 0.0);
         self.balance(&mut force, projector);
         let changed = force != self.force;
-        if self.coupling.exchange.max(&[f64::from(u8::from(changed))])[0] > 0.0 {
-            let [own, other] = self.coupling.force_step(&force)?;
-            self.choose_lead(&force, &own, &other);
-            let mut applied: Vec<f64> = std::iter::zip(own, other).map(|(a, b)| a + b).collect();
-            if self.coarse.n == 0 && self.updates == 0 {
-                // The guess has the right shape; its size minimises the energy along it.
-                let work = self.coupling.dot(&force, &applied);
-                let size = -self.coupling.dot(&force, &self.g_free) / work;
-                if work > 0.0 && size.is_finite() && size > 0.0 {
-                    force.iter_mut().chain(&mut applied).for_each(|v| *v *= size);
-                }
-            }
-            self.force = force;
-            self.gap = std::iter::zip(&self.g_free, &applied).map(|(g, f)| g + f).collect();
-            self.update_alpha(projector);
-            self.record(0, progress);
+        if self.coupling.exchange.max(&[f64::from(u8::from(changed))])[0] == 0.0 {
+            return Ok(None);
         }
-        self.solve_from_state(projector, tolerance, progress)
+        let [mut own, mut other] = self.coupling.force_step(&force)?;
+        self.choose_lead(&force, &own, &other);
+        if self.coarse.n == 0 && self.updates == 0 {
+            // A guess has the right shape; its size minimises the energy along it.
+            let work = self.coupling.dot(&force, &own) + self.coupling.dot(&force, &other);
+            let size = -self.coupling.dot(&force, &self.g_free) / work;
+            if work > 0.0 && size.is_finite() && size > 0.0 {
+                force.iter_mut().chain(&mut own).chain(&mut other).for_each(|v| *v *= size);
+            }
+        }
+        self.force = force;
+        self.gap =
+            self.g_free.iter().zip(std::iter::zip(&own, &other)).map(|(g, (a, b))| g + a + b).collect();
+        self.update_alpha(projector);
+        self.record(0, progress);
+        Ok(Some([own, other]))
     }
 
     /// Adds Q Z W (e - Z'R) on the active rows: the least change, in local elastic energy, that restores equilibrium.
     fn balance(&self, force: &mut [f64], projector: &Projector) {
         let pushed = self.coarse.restrict(self.coupling.exchange, |j| force[j]);
         let missing: Vec<f64> = std::iter::zip(&self.coarse.work, pushed).map(|(e, p)| e - p).collect();
+        // Round-off is no imbalance: to chase it would cost a force step.
+        let absolute = self.coarse.absolute_work(self.coupling.exchange, force);
+        let balanced = |k: usize| missing[k].abs() <= BALANCED * (self.coarse.work[k].abs() + absolute[k]);
+        if (0..self.coarse.n).all(balanced) {
+            return;
+        }
         let a = projector.solve(&missing);
         if a.iter().any(|a| *a != 0.0) {
             for j in (0..force.len()).filter(|&j| self.active[j]) {
@@ -371,18 +437,24 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                 return Ok(Inner::Limit);
             }
             let mut z = self.coupling.displacement_step(&r, &self.active, &self.lead)?;
-            // The preconditioned residual estimates the error of the forces, which a small gap may hide.
-            if small
-                && self.coupling.dot(&z, &z)
-                    <= tolerance.powi(2) * self.coupling.dot(&self.force, &self.force)
-            {
-                return Ok(Inner::Done);
+            // Where a support holds the leading body only the other one gives way: its local stiffness has to do.
+            for j in (0..z.len()).filter(|&j| self.active[j]) {
+                if z[j] == 0.0 {
+                    z[j] = self.coarse.scaling(j) * r[j];
+                }
             }
             let pushed = self.coarse.restrict(self.coupling.exchange, |j| z[j]);
             let a = projector.solve(&pushed);
             for (j, z) in z.iter_mut().enumerate() {
                 let rigid = self.coarse.scaling(j) * self.coarse.at(j, &a);
                 *z = if self.active[j] { *z - rigid } else { 0.0 };
+            }
+            // The preconditioned residual estimates the error of the forces, which a small gap may hide.
+            if small
+                && self.coupling.dot(&z, &z)
+                    <= tolerance.powi(2) * self.coupling.dot(&self.force, &self.force)
+            {
+                return Ok(Inner::Done);
             }
             let mut p = z.clone();
             if let Some((p_old, r_old, rz_old)) = &direction {

@@ -189,7 +189,8 @@ impl Coarse {
         Ok((r, alpha))
     }
 
-    fn absolute_work(&self, exchange: &Exchange, r: &[f64]) -> Vec<f64> {
+    /// Sum of the absolute works of row forces on each mode. Collective on the roots.
+    pub fn absolute_work(&self, exchange: &Exchange, r: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.n];
         for (j, row) in self.rows.iter().enumerate() {
             row.iter().for_each(|&(k, z)| sum[k] += (z * r[j]).abs());
@@ -285,13 +286,22 @@ impl Projector {
         (drift.norm() > NO_WORK * e.norm() && drift.norm() > 0.0).then(|| drift.as_slice().to_vec())
     }
 
-    /// As many modes as there are unrestrained motions: those that take the largest part in them.
+    /// As many modes as there are unrestrained motions, independent of each other in them: one after the other the mode
+    /// that takes the largest part in what is left of the motions.
     pub fn free_modes(&self, n: usize) -> Vec<usize> {
-        let share = |k: usize| self.unrestrained.iter().map(|v| v[k] * v[k]).sum::<f64>();
-        let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
-        order.truncate(self.unrestrained.len());
-        order.sort_unstable();
-        order
+        if self.unrestrained.is_empty() {
+            return Vec::new();
+        }
+        let mut motions = DMatrix::from_columns(&self.unrestrained).qr().q();
+        let mut chosen = Vec::new();
+        for _ in 0..self.unrestrained.len() {
+            let part = |k: usize| motions.row(k).norm();
+            let largest = (0..n).fold(0, |best, k| if part(k) > part(best) { k } else { best });
+            let direction = motions.row(largest).transpose().normalize();
+            motions -= &motions * &direction * direction.transpose();
+            chosen.push(largest);
+        }
+        chosen.sort_unstable();
+        chosen
     }
 }

@@ -17,7 +17,7 @@ pub trait Respond {
 
     /// Displacement step: the forces, N, that push the `active` rows inwards by `inward`, m, while the others carry no
     /// force and free rigid motion costs none: R = S (inward + G beta), G'R = 0, S = (C_aa)^-1, G = modes on the active
-    /// rows. Exact for a condensed body; a symmetric positive semi-definite approximation otherwise.
+    /// rows. Zero on rows that a support of the body holds. Exact for a condensed body; a symmetric positive semi-definite approximation otherwise.
     fn displacement_step(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>>;
 
     /// Unilateral displacement step: the compressive forces, N, of the body pressed against a rigid obstacle that leaves

@@ -565,6 +565,12 @@ impl Contacts {
         if !found.reason.converged() {
             found.diagnosis = self.diagnose(task, &driver.flipped);
         }
+        if let (Some(residual), 0) = (driver.round_off, task.plan.groups.own) {
+            found.warnings.push(format!(
+                "round-off ends the alternation at a gap residual of {residual:.1e}, above the tolerance of {:.1e}",
+                case.alternation.tolerance
+            ));
+        }
         let (force, alpha, active) = (driver.force.clone(), driver.alpha.clone(), driver.active.clone());
         let ranges = driver.coupling.ranges.clone();
         self.warm = Some(force.clone());

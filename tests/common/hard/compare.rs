@@ -1,5 +1,5 @@
 //! Numbers of summaries: against limits, against what is expected, against each other.
-use super::expected::{Number, Same};
+use super::expected::{Number, Run, Same};
 use serde_json::Value;
 
 /// A number over its limit.
@@ -48,7 +48,7 @@ fn travel(summary: &Value) -> f64 {
 }
 
 /// I1 to I5 and I7 of a run that is a solution.
-pub fn invariants(summary: &Value) -> Vec<Ratio> {
+pub fn invariants(summary: &Value, round_off: f64) -> Vec<Ratio> {
     const LIMITS: [(&str, f64); 6] = [
         ("action_reaction", 1e-10),
         ("equilibrium", 1e-9),
@@ -59,7 +59,14 @@ pub fn invariants(summary: &Value) -> Vec<Ratio> {
     ];
     let mut ratios: Vec<Ratio> = LIMITS
         .iter()
-        .map(|(key, limit)| Ratio::new(*key, number(&summary["checks"], key).unwrap_or(f64::NAN), *limit))
+        .map(|(key, limit)| {
+            let limit = if matches!(*key, "residual" | "equilibrium" | "virtual_work") {
+                limit.max(round_off)
+            } else {
+                *limit
+            };
+            Ratio::new(*key, number(&summary["checks"], key).unwrap_or(f64::NAN), limit)
+        })
         .collect();
     let travel = travel(summary);
     for pair in items(summary, "pairs") {
@@ -85,29 +92,46 @@ pub fn values(summary: &Value, numbers: &[Number]) -> Vec<String> {
     numbers.iter().filter_map(fault).collect()
 }
 
-/// Agreement between numbers of ranks, to 1e-8.
-pub fn ranks(one: &Value, other: &Value) -> Vec<Ratio> {
-    let mut ratios =
-        differences(one, other, &Factors::ONE, &["normal_force", "max_pressure", "contact_length"]);
-    ratios.iter_mut().for_each(|r| {
-        r.name = format!("ranks: {}", r.name);
-        r.ratio /= 1e-8;
-    });
-    let counts = [one, other].map(|s| s["alternations"].as_u64().unwrap_or(0));
-    ratios.push(Ratio::new("ranks: alternations", counts[0].abs_diff(counts[1]) as f64, 1.0));
-    ratios
+/// Agreement between numbers of ranks, to 1e-8; alternations, which stop where
+/// round-off lets them, within a fifth or three. Where
+/// bodies only touch, forces are round-off and displacements alone are compared; where parts are loose, forces alone.
+pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
+    let keys: &[&str] = match (run.outcome.as_str(), run.loose) {
+        ("touching", _) => &[],
+        (_, true) => &["normal_force", "max_pressure"],
+        _ => &["normal_force", "max_pressure", "contact_length"],
+    };
+    let mut ratios = differences(one, other, &Factors::ONE, keys);
+    ratios.retain(|r| !run.loose || r.name != "displacement");
+    named("ranks", ratios, 1e-8_f64.max(run.round_off), 3.0, one, other)
 }
 
 /// Agreement with the sides swapped: forces and displacements to the tolerance, alternations within a fifth.
 pub fn swap(one: &Value, other: &Value, tolerance: f64) -> Vec<Ratio> {
-    let mut ratios = differences(one, other, &Factors::ONE, &["normal_force"]);
+    let ratios = differences(one, other, &Factors::ONE, &["normal_force"]);
+    named("swap", ratios, tolerance, 1.0, one, other)
+}
+
+/// Names and limits of differences; the alternations within a fifth, or `least`.
+fn named(
+    name: &str,
+    mut ratios: Vec<Ratio>,
+    tolerance: f64,
+    least: f64,
+    one: &Value,
+    other: &Value,
+) -> Vec<Ratio> {
     ratios.iter_mut().for_each(|r| {
-        r.name = format!("swap: {}", r.name);
+        r.name = format!("{name}: {}", r.name);
         r.ratio /= tolerance;
     });
     let counts = [one, other].map(|s| s["alternations"].as_u64().unwrap_or(0));
-    let allowed = (0.2 * counts[0].max(counts[1]) as f64).max(1.0);
-    ratios.push(Ratio::new("swap: alternations", counts[0].abs_diff(counts[1]) as f64, allowed));
+    let allowed = (0.2 * counts[0].max(counts[1]) as f64).ceil().max(least);
+    let difference = counts[0].abs_diff(counts[1]) as f64;
+    // A count within its limit is not what an engineer looks for in the table.
+    ratios.extend(
+        (difference > allowed).then(|| Ratio::new(format!("{name}: alternations"), difference, allowed)),
+    );
     ratios
 }
 

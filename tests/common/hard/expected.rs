@@ -41,6 +41,15 @@ pub struct Run {
     pub slow: bool,
     /// In place of the file's.
     pub swap: Option<f64>,
+    /// Relative accuracy that double precision allows forces to follow from displacements with, in the stiffest body or
+    /// near incompressibility: 10 ulp(u) E / (h p), eps / (1 - 2 nu). Residual, work and the agreement between numbers
+    /// of ranks are not asked for more.
+    #[serde(default)]
+    pub round_off: f64,
+    /// Parts that contact does not hold rest in more than one place: which of their nodes touch without force, and where
+    /// they are, is not compared between numbers of ranks.
+    #[serde(default)]
+    pub loose: bool,
     /// Rigid motions left free.
     pub free_modes: Option<u64>,
     /// At least so many rigid motions left free.

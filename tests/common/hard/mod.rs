@@ -150,10 +150,10 @@ pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
         let found = start(directory, variant, n, &[]);
         let mut faults = outcome_faults(&found, run);
         if faults.is_empty() && found.code == Some(0) {
-            ratios.extend(compare::invariants(&found.summary));
+            ratios.extend(compare::invariants(&found.summary, run.round_off));
             match &first {
                 None => faults.extend(numbers(&found, item, &mut ratios)),
-                Some(one) => ratios.extend(compare::ranks(&one.summary, &found.summary)),
+                Some(one) => ratios.extend(compare::ranks(&one.summary, &found.summary, run)),
             }
         }
         row.faults.extend(faults.into_iter().map(|fault| format!("{n} ranks: {fault}")));
