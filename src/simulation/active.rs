@@ -13,6 +13,7 @@ use crate::{
     parallel::{self, Exchange, agree},
     schwarz::{ActiveSet, Coarse, Coupling, End, Limits, Respond},
 };
+use nalgebra::{DMatrix, DVector};
 use std::time::Instant;
 
 /// Updates of the geometry after which a step gives up.
@@ -283,7 +284,50 @@ impl Active {
             Ok(())
         });
         agree(&plan.groups.world, done)?;
+        self.hold_free_motions(plan, solution, &mut out);
         Ok(out)
+    }
+
+    /// Takes out of the displacements what they have of the motions that nothing restrains, whatever the fixings left of
+    /// them: with V a basis of these motions and Z the modes, u - Z V (V'Z'Z V)^-1 V'Z'u. Collective.
+    fn hold_free_motions(&self, plan: &Plan, solution: &Solution, nodal: &mut [Nodal]) {
+        let (world, n) = (&plan.groups.world, self.n_modes);
+        let mut basis = solution.unrestrained.concat();
+        parallel::broadcast(world, 0, &mut basis);
+        if basis.is_empty() {
+            return;
+        }
+        let basis = DMatrix::from_column_slice(n, basis.len() / n, &basis);
+        // Z'Z and Z'u over all nodes of all bodies.
+        let mut sums = vec![0.0; n * n + n];
+        for ((body, nodal), &first) in std::iter::zip(&self.bodies, nodal.iter()).zip(&self.first_mode) {
+            let (dim, modes) = (body.dim(), body.free.modes.len());
+            for (node, u) in nodal.displacement.chunks_exact(dim).enumerate() {
+                let at = |k: usize| body.free.at(k, body.part.original[node], &body.part.points[node]);
+                let values: Vec<[f64; 3]> = (0..modes).map(at).collect();
+                for k in 0..modes {
+                    let product =
+                        |v: &[f64]| std::iter::zip(&values[k][..dim], v).map(|(a, b)| a * b).sum::<f64>();
+                    sums[n * n + first + k] += product(u);
+                    (0..modes).for_each(|l| sums[(first + k) * n + first + l] += product(&values[l][..dim]));
+                }
+            }
+        }
+        let sums = parallel::sum(world, &sums);
+        let gram = DMatrix::from_column_slice(n, n, &sums[..n * n]);
+        let projected = basis.transpose() * gram * &basis;
+        let rhs = basis.transpose() * DVector::from_column_slice(&sums[n * n..]);
+        let Some(factor) = projected.cholesky() else { return };
+        let amplitudes = &basis * factor.solve(&rhs);
+        for ((body, nodal), &first) in std::iter::zip(&self.bodies, nodal).zip(&self.first_mode) {
+            let dim = body.dim();
+            for (node, u) in nodal.displacement.chunks_exact_mut(dim).enumerate() {
+                for k in 0..body.free.modes.len() {
+                    let mode = body.free.at(k, body.part.original[node], &body.part.points[node]);
+                    std::iter::zip(u.iter_mut(), mode).for_each(|(u, m)| *u -= amplitudes[first + k] * m);
+                }
+            }
+        }
     }
 
     /// Largest change of the interface displacements since the last geometry, relative to the largest displacement.
@@ -358,6 +402,8 @@ struct Geometry {
 struct Solution {
     force: Vec<Vec<f64>>,
     alpha: Vec<Vec<f64>>,
+    /// Motions of all modes that nothing restrains; the same on all first ranks.
+    unrestrained: Vec<Vec<f64>>,
 }
 
 /// What a solve needs to know.
@@ -578,6 +624,7 @@ impl Contacts {
         let out: Vec<Vec<f64>> = ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
         let received = exchange.swap(&out);
         let mut solution = Solution {
+            unrestrained: projector.unrestrained.iter().map(|v| v.as_slice().to_vec()).collect(),
             force: responses.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
             alpha: std::iter::zip(task.first_mode, task.scale)
                 .map(|(&f, s)| alpha[f..f + s.len()].to_vec())

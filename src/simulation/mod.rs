@@ -277,7 +277,9 @@ impl Run {
         ];
         let s = parallel::max(world, &seconds);
         let last = self.steps.last();
-        let free_modes = self.free_modes.iter().filter_map(|line| line.split_once('\t'));
+        let mut free_modes: Vec<(&str, &str)> =
+            self.free_modes.iter().filter_map(|line| line.split_once('\t')).collect();
+        free_modes.sort_by_key(|(body, _)| case.bodies.iter().position(|b| b.name == *body));
         Summary {
             schema: Summary::SCHEMA,
             kontakt: env!("CARGO_PKG_VERSION").into(),
@@ -302,6 +304,7 @@ impl Run {
             ranks: world.size() as usize,
             bodies: body_summaries(case, plan, engine, world),
             free_modes: free_modes
+                .into_iter()
                 .map(|(body, mode)| output::FreeMode { body: body.into(), mode: mode.into() })
                 .collect(),
             pairs: last.map_or_else(Vec::new, |s| s.pairs.clone()),
