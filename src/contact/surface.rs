@@ -129,13 +129,15 @@ impl Surface {
         norm(&sub(&self.points[ends[1] as usize], &self.points[ends[0] as usize]))
     }
 
-    /// Diagonal of the bounding box, m.
+    /// How far apart points of the surface lie, m, the same in every frame: the distance from the point furthest from the
+    /// first one to the point furthest from that.
     pub fn extent(&self) -> f64 {
-        let (low, high) =
-            self.points.iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), p| {
-                (std::array::from_fn(|i| low[i].min(p[i])), std::array::from_fn(|i| high[i].max(p[i])))
-            });
-        if self.points.is_empty() { 0.0 } else { norm(&sub(&high, &low)) }
+        let furthest = |from: &[f64; 3]| {
+            let distance = |p: &&[f64; 3]| norm(&sub(p, from));
+            self.points.iter().max_by(|a, b| distance(a).total_cmp(&distance(b)))
+        };
+        let ends = self.points.first().and_then(furthest);
+        ends.and_then(|from| Some(norm(&sub(furthest(from)?, from)))).unwrap_or(0.0)
     }
 
     /// Numbers that [`Surface::unpack`] turns back into the surface.

@@ -65,7 +65,10 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
         None => mortar::multiplier_side(sides, moduli),
     };
     let (own, other) = (sides[multiplier], sides[1 - multiplier]);
-    let reach = search_distance(contact, own, other, moduli, plan.floating(case, pair));
+    let floating = plan.floating(case, pair);
+    let reach = search_distance(contact, own, other, moduli, floating);
+    // The own normals of a body that only contact holds leave its spin free, as it is; a rigid surface's would not.
+    let other = &Surface { rigid: other.rigid && !floating, ..other.clone() };
     let all = match case.alternation.transfer {
         Transfer::Mortar => mortar::rows(own, other, &contact.gap, case.analysis.thickness(), f64::INFINITY),
         Transfer::Pointwise => {
