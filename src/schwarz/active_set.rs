@@ -525,6 +525,12 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         (self.gap[j] - self.g_free[j]).abs()
     }
 
+    /// True if a gap would be negative with all free modes at zero and without contact forces. Collective on the roots.
+    pub fn would_penetrate_at_rest(&self) -> bool {
+        let deepest = self.g_free.iter().fold(0.0, |deepest: f64, g| deepest.max(-g));
+        self.coupling.exchange.max(&[deepest])[0] > self.gap_threshold()
+    }
+
     /// Penetration below this is none, m.
     pub fn gap_threshold(&self) -> f64 {
         let mut largest = [0.0_f64; 2];

@@ -623,8 +623,16 @@ impl Contacts {
         // Mortar ends learn the row forces.
         let out: Vec<Vec<f64>> = ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
         let received = exchange.swap(&out);
+        // Where nothing touches, free bodies stay where they are unless the others would then penetrate them.
+        let penetrates = driver.would_penetrate_at_rest();
+        let holds = outcome.reason != Reason::Open || !penetrates;
         let mut solution = Solution {
-            unrestrained: projector.unrestrained.iter().map(|v| v.as_slice().to_vec()).collect(),
+            unrestrained: projector
+                .unrestrained
+                .iter()
+                .filter(|_| holds)
+                .map(|v| v.as_slice().to_vec())
+                .collect(),
             force: responses.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
             alpha: std::iter::zip(task.first_mode, task.scale)
                 .map(|(&f, s)| alpha[f..f + s.len()].to_vec())

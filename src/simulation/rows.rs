@@ -66,6 +66,10 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     };
     let (own, other) = (sides[multiplier], sides[1 - multiplier]);
     let floating = plan.floating(case, pair);
+    // Along a rigid surface bodies slide without a gap; but normals that are not a free body's own would hold its spin.
+    let mut other = other.clone();
+    other.rigid &= !plan.floating(case, pair);
+    let other = &other;
     let reach = search_distance(contact, own, other, moduli, floating);
     // The own normals of a body that only contact holds leave its spin free, as it is; a rigid surface's would not.
     let other = &Surface { rigid: other.rigid && !floating, ..other.clone() };
