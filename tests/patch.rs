@@ -152,7 +152,9 @@ fn trapezia(row: &Row, meshes: &Meshes) -> String {
 fn round_off(row: &Row, meshes: &Meshes, body: usize, largest: f64) -> f64 {
     let [w, h1, h2] = SIZE;
     let [nx, ny] = meshes.cells[body];
-    let h = (w / nx as f64).min([h1, h2][body] / ny as f64);
+    // Distance of the nodes.
+    let quadratic = matches!(meshes.elements[body], "tri6" | "quad8");
+    let h = (w / nx as f64).min([h1, h2][body] / ny as f64) / if quadratic { 2.0 } else { 1.0 };
     let series = 1.0 / row.young.iter().map(|e| 1.0 / e).sum::<f64>();
     let force = largest * row.young[body] + 0.05 * series;
     (10.0 * f64::EPSILON * force / (h * PRESSURE)).max(1e-10)

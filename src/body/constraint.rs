@@ -110,7 +110,8 @@ impl Constraints {
     /// Adds fixings.
     pub fn fix(&mut self, fixings: &[Fixing]) {
         for fixing in fixings {
-            let node = self.0.entry(fixing.node).or_insert_with(NodeConstraint::free);
+            let free = || NodeConstraint { frame: fixing.frame, ..NodeConstraint::free() };
+            let node = self.0.entry(fixing.node).or_insert_with(free);
             node.fixed[fixing.component] = true;
         }
     }

@@ -47,6 +47,8 @@ pub struct Fixing {
     pub component: usize,
     /// That direction.
     pub direction: [f64; 3],
+    /// The frame, `None` for that of the node's support.
+    pub frame: Option<[[f64; 3]; 3]>,
     /// Coordinates of the node, m.
     pub point: [f64; 3],
 }
@@ -111,11 +113,11 @@ impl FreeModes {
 
     /// A statically determinate set of further zero constraints that holds the modes, one per mode, away from the nodes to `avoid` where that is not much worse. Every rank finds the same.
     ///
-    /// Greedy: the node and direction that moves most in what is still free comes next (pivoted Gram-Schmidt).
+    /// Greedy: the node and direction that moves most in what is still free comes next (pivoted Gram-Schmidt). Nodes
+    /// without support are held away from the centre or around it: the same fixings in every frame.
     pub fn fixings(&self, mesh: &Mesh, constraints: &Constraints, avoid: &[u32]) -> Vec<Fixing> {
         let mut avoided = vec![false; mesh.points.len()];
         avoid.iter().for_each(|&node| avoided[node as usize] = true);
-        let axes = NodeConstraint::free();
         let mut fixings = Vec::new();
         let mut start = 0;
         while start < self.modes.len() {
@@ -125,10 +127,12 @@ impl FreeModes {
             start += of_piece;
             let mut candidates = Vec::new();
             for (i, x) in mesh.points.iter().enumerate().filter(|(i, _)| self.piece[*i] == piece) {
-                let constraint = constraints.0.get(&(i as u32)).unwrap_or(&axes);
+                let own = constraints.0.get(&(i as u32));
+                let frame = if own.is_none() { polar(x, &modes[0].center) } else { None };
+                let constraint = &own.cloned().unwrap_or(NodeConstraint { frame, ..NodeConstraint::free() });
                 for c in (0..mesh.dim).filter(|&c| constraint.prescribed[c].is_none()) {
                     let d = constraint.direction(c);
-                    let fixing = Fixing { node: i as u32, component: c, direction: d, point: *x };
+                    let fixing = Fixing { node: i as u32, component: c, direction: d, frame, point: *x };
                     candidates.push((fixing, row(modes.iter().map(|mode| dot(&mode.at(x), &d)))));
                 }
             }
@@ -157,6 +161,14 @@ impl FreeModes {
         }
         fixings
     }
+}
+
+/// The directions away from the centre and around it, which turn with the body; the axes at the centre.
+fn polar(x: &[f64; 3], center: &[f64; 3]) -> Option<[[f64; 3]; 3]> {
+    let arm = [x[0] - center[0], x[1] - center[1]];
+    let length = arm[0].hypot(arm[1]);
+    let [cos, sin] = arm.map(|a| a / length);
+    (cos.is_finite() && sin.is_finite()).then_some([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
 }
 
 /// Values of up to three modes.
