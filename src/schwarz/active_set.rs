@@ -26,6 +26,9 @@ const EARLY: f64 = 1e-3;
 /// Imbalance of the forces, relative to the sum of the absolute works, that is round-off.
 const BALANCED: f64 = 1e-12;
 
+/// What is below this share of its parts is round-off.
+const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+
 /// Iterations without a smaller residual after which round-off is taken to have been reached.
 const PATIENCE: usize = 12;
 
@@ -100,7 +103,10 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     ) -> Self {
         let initial: Vec<f64> = rows.iter().flat_map(|r| r.gap.iter().copied()).collect();
         let free = coupling.free();
-        let g_free: Vec<f64> = std::iter::zip(&initial, free).map(|(g, w)| g - w).collect();
+        // A gap that closes to round-off is closed, and does not penetrate.
+        let closes = |g: f64, w: f64| (g - w).abs() <= ROUND_OFF * g.abs().max(w.abs());
+        let g_free: Vec<f64> =
+            std::iter::zip(&initial, free).map(|(&g, w)| if closes(g, w) { 0.0 } else { g - w }).collect();
         let n = coupling.n;
         let recorder = Recorder::new(n_pairs, step);
         ActiveSet {
@@ -509,7 +515,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             sums[2] += elastic * elastic + self.g_free[j] * self.g_free[j] + rigid * rigid;
         }
         let sums = self.coupling.exchange.sum(&sums);
-        (sums[0].max(sums[1]).sqrt(), 64.0 * f64::EPSILON * sums[2].sqrt())
+        (sums[0].max(sums[1]).sqrt(), ROUND_OFF * sums[2].sqrt())
     }
 
     fn largest(&self, v: &[f64]) -> f64 {
@@ -543,7 +549,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             }
         }
         let largest = self.coupling.exchange.max(&largest);
-        self.threshold.max(THRESHOLD) * largest[0] + 64.0 * f64::EPSILON * largest[1]
+        self.threshold.max(THRESHOLD) * largest[0] + ROUND_OFF * largest[1]
     }
 
     /// Active rows in tension, open rows that penetrate, and the largest of either relative to its scale.
