@@ -122,6 +122,15 @@ pub fn broadcast(comm: &SimpleCommunicator, root: i32, values: &mut Vec<f64>) {
     process.broadcast_into(&mut values[..]);
 }
 
+/// Where each of consecutive pieces of these lengths begins.
+fn starts(counts: &[i32]) -> Vec<i32> {
+    let ends = counts.iter().scan(0, |end, &n| {
+        *end += n;
+        Some(*end - n)
+    });
+    ends.collect()
+}
+
 /// Brings a vector from every rank to rank 0, concatenated in rank order; empty elsewhere. Collective.
 pub fn gather(comm: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
     let root = comm.process_at_rank(0);
@@ -133,13 +142,7 @@ pub fn gather(comm: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
     }
     let mut counts = vec![0; comm.size() as usize];
     root.gather_into_root(&count, &mut counts[..]);
-    let displacements: Vec<i32> = counts
-        .iter()
-        .scan(0, |end, &n| {
-            *end += n;
-            Some(*end - n)
-        })
-        .collect();
+    let displacements = starts(&counts);
     let mut all = vec![0.0; counts.iter().sum::<i32>() as usize];
     let mut partition = mpi::datatype::PartitionMut::new(&mut all[..], &counts[..], &displacements[..]);
     root.gather_varcount_into_root(values, &mut partition);
@@ -158,13 +161,7 @@ pub fn scatter(comm: &SimpleCommunicator, all: &[f64], n: usize) -> Vec<f64> {
     }
     let mut counts = vec![0; comm.size() as usize];
     root.gather_into_root(&count, &mut counts[..]);
-    let displacements: Vec<i32> = counts
-        .iter()
-        .scan(0, |end, &n| {
-            *end += n;
-            Some(*end - n)
-        })
-        .collect();
+    let displacements = starts(&counts);
     let partition = mpi::datatype::Partition::new(all, &counts[..], &displacements[..]);
     root.scatter_varcount_into_root(&partition, &mut own[..]);
     own

@@ -14,7 +14,7 @@ use crate::{
     schwarz::{ActiveSet, Coarse, Coupling, End, Limits, Respond},
 };
 use nalgebra::{DMatrix, DVector};
-use std::time::Instant;
+use std::{collections::HashMap, time::Instant};
 
 /// Updates of the geometry after which a step gives up.
 const GEOMETRY_UPDATES: usize = 30;
@@ -443,7 +443,7 @@ impl Contacts {
                 rows.len(),
                 case.body_name(name.body),
                 name.surface,
-                super::outlook::transfer_name(case.alternation.transfer),
+                case.alternation.transfer.name(),
             )
         })
         .collect()
@@ -484,9 +484,10 @@ impl Contacts {
         geometry: &mut Geometry,
     ) {
         let interface = self.shares.interface.clone();
+        let places: Vec<HashMap<u32, usize>> =
+            interface.iter().map(|nodes| nodes.iter().enumerate().map(|(k, &n)| (n, k)).collect()).collect();
         let at = |place: usize, node: u32| -> [f64; 3] {
-            let found = interface[place].iter().position(|&n| n == node);
-            found.map_or([0.0; 3], |k| geometry.displacement[place][k])
+            places[place].get(&node).map_or([0.0; 3], |&k| geometry.displacement[place][k])
         };
         let is_updated = |pair: usize| case.contacts[pair].geometry == ContactGeometry::Updated;
         let moved: Vec<Surface> = std::iter::zip(&plan.surfaces, &plan.ends)
@@ -511,7 +512,7 @@ impl Contacts {
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
         // Forces go with the multiplier's node.
         if let Some(warm) = &self.warm {
-            let mut by_node = std::collections::HashMap::new();
+            let mut by_node = HashMap::new();
             let mut next = 0;
             for (end, old) in ends_with_rows(&self.shares.ends, &self.pairs) {
                 for row in old {

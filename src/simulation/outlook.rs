@@ -2,7 +2,7 @@
 use super::{Plan, active::Contacts, text::gather_lines};
 use crate::{
     body::{Constraints, condense_estimate, free_motions},
-    case::{Case, Driver, ResponseCase, Transfer},
+    case::{Case, Driver, ResponseCase},
     error::Result,
     parallel::agree,
 };
@@ -70,12 +70,4 @@ fn bodies(case: &Case, plan: &Plan, contacts: Option<&Contacts>) -> Result<Vec<S
         lines.push(line);
     }
     Ok(lines)
-}
-
-/// Words for the transfer.
-pub(super) fn transfer_name(transfer: Transfer) -> &'static str {
-    match transfer {
-        Transfer::Mortar => "mortar",
-        Transfer::Pointwise => "pointwise",
-    }
 }

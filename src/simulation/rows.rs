@@ -2,7 +2,7 @@
 use super::Plan;
 use crate::{
     body::{BodyRow, Constraints},
-    case::{BodyRef, Case, Conjugate, ContactCase, Gap, Transfer},
+    case::{BodyRef, Case, ContactCase, Gap, Transfer},
     contact::{Pairing, Row, Surface, mortar, vector::dot},
     error::Result,
     material::LinearElastic,
@@ -62,7 +62,12 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     });
     let multiplier = match moduli.iter().position(|m| m.is_infinite()) {
         Some(rigid) => 1 - rigid,
-        None => mortar::multiplier_side(sides, moduli),
+        None => {
+            // Of sides that are alike the first by the name of its body: whatever order the case has.
+            let names = [0, 1].map(|s| case.body_name(contact.surfaces[s].body));
+            let [a, b] = if names[0] <= names[1] { [0, 1] } else { [1, 0] };
+            [a, b][mortar::multiplier_side([sides[a], sides[b]], [moduli[a], moduli[b]])]
+        }
     };
     let (own, other) = (sides[multiplier], sides[1 - multiplier]);
     let floating = plan.floating(case, pair);
@@ -76,12 +81,7 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     let all = match case.alternation.transfer {
         Transfer::Mortar => mortar::rows(own, other, &contact.gap, case.analysis.thickness(), f64::INFINITY),
         Transfer::Pointwise => {
-            let rule = if contact.conjugate == Conjugate::Intersection {
-                contact.conjugate
-            } else {
-                Conjugate::ClosestPoint
-            };
-            let mut pairing = Pairing::new(sides, &contact.gap, rule);
+            let mut pairing = Pairing::new(sides, &contact.gap, contact.conjugate);
             let conjugates = std::mem::take(&mut pairing.conjugates[multiplier]);
             crate::contact::pointwise(own, &conjugates, f64::INFINITY)
         }

@@ -1,6 +1,6 @@
 //! Lines of text from all ranks.
 use crate::parallel;
-use mpi::{topology::SimpleCommunicator, traits::*};
+use mpi::topology::SimpleCommunicator;
 
 /// The lines of all ranks, in rank order, on every rank. Collective.
 pub(super) fn gather_lines(world: &SimpleCommunicator, own: &[String]) -> Vec<String> {
@@ -8,6 +8,5 @@ pub(super) fn gather_lines(world: &SimpleCommunicator, own: &[String]) -> Vec<St
     let mut all = parallel::gather(world, &bytes);
     parallel::broadcast(world, 0, &mut all);
     let bytes: Vec<u8> = all.into_iter().map(|b| b as u8).collect();
-    let _ = world.rank();
     String::from_utf8_lossy(&bytes).lines().map(str::to_owned).collect()
 }
