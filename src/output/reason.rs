@@ -43,8 +43,6 @@ pub enum Reason {
     Stalled,
     /// The displacements agree, the forces do not.
     Unbalanced,
-    /// A body that only contact could hold is not held by it.
-    Unheld,
     /// All agrees, but nodes outside the active set penetrate.
     Penetration,
     /// The limit was reached.
@@ -53,7 +51,7 @@ pub enum Reason {
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Reason; 11] = [
+    pub const ALL: [Reason; 10] = [
         Reason::Converged,
         Reason::Open,
         Reason::NoContact,
@@ -62,7 +60,6 @@ impl Reason {
         Reason::Diverging,
         Reason::Stalled,
         Reason::Unbalanced,
-        Reason::Unheld,
         Reason::Penetration,
         Reason::MaxAlternations,
     ];
@@ -83,7 +80,6 @@ impl Reason {
             Reason::Diverging => "diverging",
             Reason::Stalled => "stalled",
             Reason::Unbalanced => "unbalanced",
-            Reason::Unheld => "unheld",
             Reason::Penetration => "penetration",
             Reason::MaxAlternations => "max_alternations",
         }
@@ -123,9 +119,6 @@ impl Reason {
             }
             (Reason::Unbalanced, Relaxed) => {
                 "The displacements agree, but the contact forces of the two sides do not balance."
-            }
-            (Reason::Unheld, _) => {
-                "A body that its supports leave free is pushed where no contact holds it: no pressure balances its loads."
             }
             (Reason::Penetration, _) => {
                 "The nodes in contact agree, but others penetrate more than the tolerance allows."
@@ -172,9 +165,6 @@ impl Reason {
             (Reason::Unbalanced, Relaxed) => {
                 "The nodes of the two surfaces probably do not match, which the pointwise transfer of forces needs: \
                  match the meshes."
-            }
-            (Reason::Unheld, _) => {
-                "Add a support against the free motion, or a load that presses the body into contact."
             }
             (Reason::Penetration, _) => {
                 "Increase the pair's search distance, or refine the mesh near the penetrating nodes."

@@ -1,5 +1,9 @@
 //! The contact solve alone, without stresses and output, and where its time goes.
-use super::{Plan, active::Active, pairs::pair_results};
+use super::{
+    Plan,
+    active::{Active, Step},
+    pairs::pair_results,
+};
 use crate::{
     body::{Cost, LoadFactors},
     case::Case,
@@ -58,7 +62,8 @@ impl ContactSolve {
             })
         };
         let before = cost(&active);
-        let (found, _) = active.step(case, plan, &exchange, 1, LoadFactors::default(), |_| {})?;
+        let step = Step { case, plan, exchange: &exchange, number: 1, factors: LoadFactors::default() };
+        let (found, _) = active.step(&step, |_| {})?;
         let (after, clock) = (cost(&active), active.clock);
         let in_step = after.interface + after.condense - before.interface - before.condense;
         let seconds = [

@@ -1,6 +1,7 @@
 //! A run, from the checked case to the files: builds everything, calls everything, computes nothing itself.
 mod active;
 mod checks;
+mod contacts;
 mod fields;
 mod found;
 mod measure;
@@ -123,7 +124,9 @@ impl Engine {
         let factors =
             LoadFactors { loads: step.loads, supports: step.supports, temperature: step.temperature };
         match self {
-            Engine::Active(active) => active.step(case, plan, exchange, number, factors, progress),
+            Engine::Active(active) => {
+                active.step(&active::Step { case, plan, exchange, number, factors }, progress)
+            }
             Engine::Relaxed(relaxed) => relaxed.step(case, plan, exchange, progress),
         }
     }

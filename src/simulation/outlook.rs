@@ -1,5 +1,5 @@
 //! What a run would do and cost, before it is done.
-use super::{Plan, active::Contacts, text::gather_lines};
+use super::{Plan, contacts::Contacts, text::gather_lines};
 use crate::{
     body::{Constraints, condense_estimate, free_motions},
     case::{Case, Driver, ResponseCase},

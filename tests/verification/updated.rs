@@ -161,3 +161,36 @@ fn updates_do_not_depend_on_the_steps() {
         solve_all(&case("step = [{ supports = 0.3 }, { supports = 0.7 }, { supports = 1 }]\n"), 2, &[]);
     common::assert_agree(&one.0, &many.0, 1e-7, "one step and three");
 }
+
+/// A rigid roller, pressed in and moved along: without friction the way there does not matter, in one step or in three.
+#[test]
+fn the_way_there_does_not_matter() {
+    let case = |steps: &str| {
+        let block = rectangle(
+            "block",
+            "lower",
+            "quad8",
+            (-0.02, 0.02, 40),
+            (-0.02, 0.0, 20),
+            "support = [{ surface = \"bottom\", x = 0, y = 0 }]",
+        );
+        HEADING.to_owned()
+            + steps
+            + &contact(["roller.surface", "block.top"], "updated")
+            + "[[body]]\nname = \"roller\"\nrigid = { circle = { center = [-0.003, 0.05], radius = 0.05 }, x = 0.006, y = -2e-5 }\n"
+            + &block
+    };
+    let one = solve_all(&case(""), 2, &[]);
+    let three = solve_all(&case("step = [{ supports = 0.3 }, { supports = 0.7 }, {}]\n"), 2, &[]);
+    let side = |results: &Results| results.pairs[0].sides[1].clone().expect("the block's table");
+    let (p, q) = (side(&one.1), side(&three.1));
+    let largest = p.pressure.iter().copied().fold(0.0, f64::max);
+    assert!(largest > 1e7, "the roller presses: {largest:e}");
+    for (p, q) in std::iter::zip(&p.pressure, &q.pressure) {
+        near(*q, *p, 1e-7 * largest, "pressure");
+    }
+    // Mirrored at the roller's axis, which has come to x = 3 mm.
+    let moment = value(&one.0, "pairs.c.moment");
+    let force = value(&one.0, "pairs.c.normal_force");
+    near(moment.abs() / force, 0.003, 1e-5, "the resultant lies below the axis");
+}

@@ -107,10 +107,10 @@ pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
     named("ranks", ratios, 1e-8_f64.max(run.round_off), least, one, other)
 }
 
-/// Agreement with the sides swapped: forces and displacements to the tolerance, alternations within a fifth or three.
+/// Agreement with the sides swapped: forces and displacements to the tolerance, alternations within a fifth.
 pub fn swap(one: &Value, other: &Value, tolerance: f64) -> Vec<Ratio> {
     let ratios = differences(one, other, &Factors::ONE, &["normal_force"]);
-    named("swap", ratios, tolerance, 3.0, one, other)
+    named("swap", ratios, tolerance, 1.0, one, other)
 }
 
 /// Names and limits of differences; the alternations within a fifth, or `least`.
