@@ -90,8 +90,9 @@ impl System {
                 Symmetric::from_lower_rows(dofs.len(), s).into_cholesky(0.0).and_then(|factor| {
                     factor.map(Some).ok_or_else(|| {
                         Error::internal(
-                            "the Schur complement of the interface is not positive definite: is a free piece \
-                             of the mesh not held?",
+                            "the Schur complement of the interface is not positive definite: a piece of the mesh is not \
+                             held, or the body is so thin for its length that its bending is lost in the round-off of \
+                             its other stiffnesses",
                         )
                     })
                 })

@@ -33,7 +33,13 @@ enum Half {
 }
 
 /// A factor of the interior block A_II of a matrix whose other unknowns B are condensed.
-pub struct SchurFactor(RefCell<Instance>);
+pub struct SchurFactor(Interior);
+
+enum Interior {
+    Factor(RefCell<Instance>),
+    /// Every unknown is one of B; the owned entries of B, on the first rank.
+    Nothing(Vec<usize>),
+}
 
 /// An instance of MUMPS with the arrays it points to.
 struct Instance {
@@ -70,6 +76,11 @@ impl SchurFactor {
         assert!(group.rank() == 0 || interface.is_empty());
         let (n, mut triples) = upper_triangle(a)?;
         let size = parallel::sum(group, &[interface.len() as f64])[0] as usize;
+        if size == n {
+            let s = dense_lower(&triples, interface);
+            let owned = interface.iter().map(|&i| i as usize).collect();
+            return Ok((SchurFactor(Interior::Nothing(owned)), s));
+        }
         let mut instance = Instance::start(group)?;
         let id = &mut instance.id;
         id.n = int(n)?;
@@ -107,18 +118,28 @@ impl SchurFactor {
             (instance.all, instance.reduced) = (vec![0.0; n], vec![0.0; size]);
             instance.interface = interface.iter().map(|&i| i as usize).collect();
         }
-        Ok((SchurFactor(RefCell::new(instance)), s))
+        Ok((SchurFactor(Interior::Factor(RefCell::new(instance))), s))
     }
 
     /// b_B - A_BI A_II^-1 b_I on rank 0, empty elsewhere; `b`: owned entries. Half a solve. Collective.
     pub fn reduce(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
-        self.0.borrow_mut().reduce(group, b)
+        match &self.0 {
+            Interior::Factor(instance) => instance.borrow_mut().reduce(group, b),
+            Interior::Nothing(owned) => Ok(owned.iter().map(|&i| b[i]).collect()),
+        }
     }
 
     /// Owned entries of x with x_I = A_II^-1 (b_I - A_IB x_B), x_B given on rank 0. Half a solve if b_I has just been
     /// reduced, a whole one otherwise. Collective.
     pub fn expand(&self, group: &SimpleCommunicator, b: &[f64], x_b: &[f64]) -> Result<Vec<f64>> {
-        let mut instance = self.0.borrow_mut();
+        let mut instance = match &self.0 {
+            Interior::Factor(instance) => instance.borrow_mut(),
+            Interior::Nothing(owned) => {
+                let mut x = vec![0.0; b.len()];
+                std::iter::zip(owned, x_b).for_each(|(&i, x_b)| x[i] = *x_b);
+                return Ok(x);
+            }
+        };
         let b = instance.inside(b);
         let is_new = instance.last.as_ref() != Some(&b);
         if parallel::max(group, &[f64::from(u8::from(is_new))])[0] > 0.0 {
@@ -126,6 +147,21 @@ impl SchurFactor {
         }
         instance.expand(group, b.len(), x_b)
     }
+}
+
+/// The matrix itself, row by row in the order of `interface`, lower triangle.
+fn dense_lower(triples: &Triples, interface: &[i32]) -> Vec<f64> {
+    let n = interface.len();
+    let mut place = vec![0; n];
+    interface.iter().enumerate().for_each(|(k, &i)| place[i as usize] = k);
+    let mut s = vec![0.0; n * n];
+    if n > 0 {
+        for ((row, column), value) in triples.rows.iter().zip(&triples.columns).zip(&triples.values) {
+            let (i, j) = (place[*row as usize - 1], place[*column as usize - 1]);
+            s[i.max(j) * n + i.min(j)] += value;
+        }
+    }
+    s
 }
 
 impl Instance {

@@ -29,6 +29,9 @@ const BALANCED: f64 = 1e-12;
 /// What is below this share of its parts is round-off.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
+/// A residual that round-off does not let fall below this is no solution, whatever the tolerance.
+const WORTHLESS: f64 = 1e-6;
+
 /// Iterations without a smaller residual after which round-off is taken to have been reached.
 const PATIENCE: usize = 12;
 
@@ -228,6 +231,9 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             if flips == 0 {
                 let settled = early <= self.limits.tolerance || inner == Inner::RoundOff;
                 if settled && inner != Inner::Limit {
+                    if inner == Inner::RoundOff && self.residual > self.limits.tolerance.max(WORTHLESS) {
+                        return Ok(Reason::Stalled);
+                    }
                     self.round_off = (inner == Inner::RoundOff && self.residual > self.limits.tolerance)
                         .then_some(self.residual);
                     return Ok(if self.any_active() { Reason::Converged } else { Reason::Open });

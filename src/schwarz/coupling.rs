@@ -55,15 +55,6 @@ pub enum Lead {
     Mortar,
 }
 
-/// What a step does with the rows of a body that another body leads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Others {
-    /// They keep their displacement.
-    Held,
-    /// Nothing is said of them.
-    Left,
-}
-
 /// The bodies of this rank and their rows. A *row vector* has an entry per row of this rank's multiplier ends.
 pub struct Coupling<'a, B> {
     /// This rank's bodies.
@@ -123,11 +114,9 @@ impl<'a, B: Respond> Coupling<'a, B> {
     /// which it resists being pushed inwards by `inward` on the active rows. Collective on the roots.
     pub fn displacement_step(&mut self, inward: &[f64], active: &[bool], lead: &[Lead]) -> Result<Vec<f64>> {
         let flags: Vec<f64> = active.iter().map(|a| f64::from(u8::from(*a))).collect();
-        // Rows of a body that others lead stay where they are: so does the next body in a chain of contacts, and the
-        // number of alternations does not grow with the chain.
-        self.ask_leaders([inward, &flags], lead, Others::Held, |body, inward, flags, leads| {
+        self.ask_leaders([inward, &flags], lead, |body, inward, flags, _| {
             let active: Vec<bool> = flags.iter().map(|f| *f > 0.5).collect();
-            match leads && active.contains(&true) {
+            match active.contains(&true) {
                 true => body.displacement_step(inward, &active),
                 false => Ok(vec![0.0; active.len()]),
             }
@@ -148,7 +137,7 @@ impl<'a, B: Respond> Coupling<'a, B> {
         }
         let ones = vec![1.0; self.n];
         let mut on_bodies = on_bodies.into_iter();
-        self.ask_leaders([gap, &ones], lead, Others::Left, |body, gap, flags, chosen| {
+        self.ask_leaders([gap, &ones], lead, |body, gap, flags, chosen| {
             let held = on_bodies.next().unwrap_or_default();
             if !chosen {
                 return Ok(vec![f64::NAN; gap.len()]);
@@ -159,42 +148,39 @@ impl<'a, B: Respond> Coupling<'a, B> {
         })
     }
 
-    /// A step that the leading body of each pair makes: it gets two values per row and whether it leads any, and answers
-    /// with forces. On rows that it does not lead the first value is zero, the second too unless they are `Held`.
+    /// A step that the leading body of each pair makes: it gets two values per row (zero on rows that it does not
+    /// lead) and whether it leads any, and answers with forces.
     fn ask_leaders(
         &mut self,
         values: [&[f64]; 2],
         lead: &[Lead],
-        others: Others,
         mut step: impl FnMut(&mut B, &[f64], &[f64], bool) -> Result<Vec<f64>>,
     ) -> Result<Vec<f64>> {
         self.steps.displacement += 1;
-        // What a side is asked: whether it leads, then two values per row.
-        let ask = |i: usize, leads: bool| -> Vec<f64> {
+        // A mortar end is asked by a message of values; an empty one asks for nothing.
+        let ask = |i: usize, end: &End| {
             let range = self.ranges[i].clone();
-            let (first, second) = (&values[0][range.clone()], &values[1][range.clone()]);
-            let zeros = vec![0.0; range.len()];
-            match (leads, others) {
-                (true, _) => [&[1.0][..], first, second].concat(),
-                (false, Others::Held) => [&[0.0][..], &zeros, second].concat(),
-                (false, Others::Left) => Vec::new(),
+            match end.multiplier && lead[i] == Lead::Mortar {
+                true => values.iter().flat_map(|v| v[range.clone()].to_vec()).collect(),
+                false => Vec::new(),
             }
         };
-        let out: Vec<Vec<f64>> = std::iter::zip(self.ends, 0..)
-            .map(|(end, i)| if end.multiplier { ask(i, lead[i] == Lead::Mortar) } else { Vec::new() })
-            .collect();
+        let out: Vec<Vec<f64>> = self.ends.iter().enumerate().map(|(i, end)| ask(i, end)).collect();
         let received = self.exchange.swap(&out);
         let mut given: Vec<[Vec<f64>; 2]> =
             self.bodies.iter().map(|b| [vec![0.0; b.n_rows()], vec![0.0; b.n_rows()]]).collect();
         let mut leads = vec![false; self.bodies.len()];
         for (i, end) in self.ends.iter().enumerate() {
             let n = end.rows.len();
-            let own = if end.multiplier { ask(i, lead[i] == Lead::Multiplier) } else { Vec::new() };
-            let asked = if end.multiplier { &own } else { &received[i] };
-            if asked.len() == 2 * n + 1 {
-                leads[end.body] |= asked[0] > 0.5;
-                given[end.body][0][end.rows.clone()].copy_from_slice(&asked[1..n + 1]);
-                given[end.body][1][end.rows.clone()].copy_from_slice(&asked[n + 1..]);
+            let own = end.multiplier && lead[i] == Lead::Multiplier;
+            if !own && (end.multiplier || received[i].len() != 2 * n) {
+                continue;
+            }
+            leads[end.body] = true;
+            for (k, given) in given[end.body].iter_mut().enumerate() {
+                let source =
+                    if own { &values[k][self.ranges[i].clone()] } else { &received[i][k * n..(k + 1) * n] };
+                given[end.rows.clone()].copy_from_slice(source);
             }
         }
         let answers = self.bodies.iter_mut().zip(std::iter::zip(&given, &leads));
