@@ -1,9 +1,10 @@
 //! How a body comes to be: its share of the mesh and its matrix first, then the factorisation.
 use super::{
-    Body, Constraints, Elements, Fixing, FreeModes, Interface, LoadFactors, ResponseKind,
+    Body, Constraints, Elements, Fixing, FreeModes, Interface, LoadFactors, NodeConstraint, ResponseKind,
     assembly::{Assembled, Model},
     load::Loads,
     options_prefix,
+    soft::Split,
     system::{Setting, SharedCost, System},
     temperatures,
 };
@@ -32,6 +33,7 @@ pub struct AssembledBody {
     matrix: Matrix,
     setting: Setting,
     condensed: bool,
+    split: Option<Split>,
     ghosts: Gather,
 }
 
@@ -122,6 +124,7 @@ impl Body {
             matrix,
             setting,
             condensed,
+            split: None,
             ghosts,
         })
     }
@@ -140,11 +143,32 @@ impl AssembledBody {
         parts.map(|((e, t), p)| e + t + p).collect()
     }
 
+    /// Deformations softer than this share of the longest wave of a body as deep as its interface is long are to be
+    /// [modes](crate::schwarz::Respond::modes) of a condensed body, each with its stiffness.
+    pub fn split_soft_modes(&mut self, softness: f64) {
+        let (dim, interface) = (self.part.dim, &self.interface);
+        let rigid = (0..self.free.modes.len()).map(|k| interface.mode(&self.free, k, dim));
+        let is_held = |(i, c)| {
+            let constraint = interface.constraints.0.get(&(i as u32));
+            constraint.is_some_and(|constraint: &NodeConstraint| constraint.held(c).is_some())
+        };
+        self.split = Some(Split {
+            softness,
+            rigid: rigid.map(|mode| interface.constraints.to_frames(&mode, dim)).collect(),
+            held: (0..interface.nodes.len())
+                .flat_map(|i| (0..dim).map(move |c| (i, c)))
+                .map(is_held)
+                .collect(),
+            dim,
+        });
+    }
+
     /// Factorises. Collective.
     pub fn factorise(self, group: &SimpleCommunicator) -> Result<Body> {
-        let AssembledBody { interface, setting, cost, loads, temperature, .. } = self;
+        let AssembledBody { interface, setting, cost, loads, temperature, split, .. } = self;
         let name = setting.body.clone();
-        let system = System::new(group, self.matrix, &interface, setting, self.condensed, &cost)?;
+        let system =
+            System::new(group, self.matrix, &interface, setting, self.condensed, split.as_ref(), &cost)?;
         let mut body = Body {
             name,
             part: self.part,
@@ -158,6 +182,7 @@ impl AssembledBody {
             temperature,
             loads,
             system: Rc::new(system),
+            split,
             ghosts: self.ghosts,
         };
         [body.loads.mode_work, body.loads.mode_scale] = body.work_on_modes(group);

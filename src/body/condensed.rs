@@ -10,6 +10,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     petsc::{Cholesky, Symmetric},
+    schwarz::Spring,
 };
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::{rc::Rc, time::Instant};
@@ -42,7 +43,7 @@ struct Step {
     factor: Cholesky,
     /// S G, mode by mode, N/m.
     forces: Vec<Vec<f64>>,
-    /// Pseudo-inverse of G'S G.
+    /// Pseudo-inverse of G'S G, the springs' stiffness added where they take part.
     coarse: DMatrix<f64>,
 }
 
@@ -63,6 +64,18 @@ impl Condensed {
         }
         let (interface, system, cost) = (interface.clone(), body.system.clone(), body.cost.clone());
         Ok(Condensed { values, interface, system, cost, dim, compliance, step: None })
+    }
+
+    /// The soft modes' stiffnesses as springs, measured by the stiffness of the rows.
+    pub(super) fn set_springs(&mut self) {
+        let Some(soft) = self.system.soft() else { return };
+        let n_rigid = self.values.modes.len() - soft.modes.len();
+        let mean = self.compliance.mean_diagonal();
+        let scale = if mean > 0.0 { 1.0 / mean } else { 1.0 };
+        let springs = soft.stiffness.iter().enumerate().filter(|(_, k)| **k > 0.0);
+        self.values.springs = springs
+            .map(|(i, k)| Spring { mode: n_rigid + i, lever: (k / scale).sqrt(), stiffness: scale })
+            .collect();
     }
 
     pub(super) fn is_of(&self, body: &Body) -> bool {
@@ -91,7 +104,7 @@ impl Condensed {
         }
         if self.step.as_ref().is_none_or(|step| step.active != chosen) {
             let start = Instant::now();
-            self.step = Some(Step::new(&self.compliance, &self.values.modes, chosen)?);
+            self.step = Some(Step::new(&self.compliance, &self.values.modes, &[], chosen)?);
             self.cost.add(|c| {
                 c.interface_factorisations += 1;
                 c.interface += start.elapsed().as_secs_f64();
@@ -133,7 +146,7 @@ impl Condensed {
             if active.is_empty() {
                 return Ok(Some(vec![0.0; n]));
             }
-            let step = Step::new(&self.compliance, modes, active.clone())?;
+            let step = Step::new(&self.compliance, modes, &self.values.springs, active.clone())?;
             let mut r: Vec<f64> = active.iter().map(|&i| -gap[i]).collect();
             step.factor.solve(&mut r)?;
             let missing = std::iter::zip(&work, modes)
@@ -172,7 +185,12 @@ impl Condensed {
 }
 
 impl Step {
-    fn new(compliance: &Symmetric, modes: &[Vec<f64>], active: Vec<usize>) -> Result<Step> {
+    fn new(
+        compliance: &Symmetric,
+        modes: &[Vec<f64>],
+        springs: &[Spring],
+        active: Vec<usize>,
+    ) -> Result<Step> {
         let factor = compliance
             .principal(&active)
             .regular_cholesky()
@@ -182,13 +200,14 @@ impl Step {
         let mut forces = on_active.clone();
         forces.iter_mut().try_for_each(|f| factor.solve(f))?;
         let n = modes.len();
-        let stiffness = DMatrix::from_fn(n, n, |k, l| {
+        let mut stiffness = DMatrix::from_fn(n, n, |k, l| {
             let (a, b) = (
                 dot(on_active[k].iter().copied(), &forces[l]),
                 dot(on_active[l].iter().copied(), &forces[k]),
             );
             0.5 * (a + b)
         });
+        springs.iter().for_each(|s| stiffness[(s.mode, s.mode)] += s.stiffness * s.lever * s.lever);
         Ok(Step { coarse: pseudo_inverse(stiffness), active, factor, forces })
     }
 }

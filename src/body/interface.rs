@@ -1,5 +1,5 @@
 //! The nodes of a body that contact forces may reach. The first rank of the body's group owns them all.
-use super::Constraints;
+use super::{Constraints, FreeModes};
 use crate::mesh::{Mesh, Numbering};
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::collections::HashMap;
@@ -58,6 +58,12 @@ impl Interface {
     /// Owned unknowns, node by node, on the first rank.
     pub(super) fn dofs(&self, dim: usize) -> Vec<usize> {
         self.owned.iter().flat_map(|&i| (0..dim).map(move |c| i * dim + c)).collect()
+    }
+
+    /// A free mode at the nodes, global axes.
+    pub(super) fn mode(&self, free: &FreeModes, k: usize, dim: usize) -> Vec<f64> {
+        let at = |(node, x): (&u32, &[f64; 3])| free.at(k, *node, x).into_iter().take(dim);
+        std::iter::zip(&self.nodes, &self.points).flat_map(at).collect()
     }
 
     /// Rows over the nodes as given to rows over the nodes, each once.

@@ -81,7 +81,15 @@ impl Body {
         if self.model.law.stiffness_varies() {
             let condensed = self.system.is_condensed();
             let setting = self.system.setting();
-            let built = System::new(group, matrix, &self.interface, setting, condensed, &self.cost);
+            let built = System::new(
+                group,
+                matrix,
+                &self.interface,
+                setting,
+                condensed,
+                self.split.as_ref(),
+                &self.cost,
+            );
             self.system = Rc::new(agree(group, built)?);
         }
         Ok(())
@@ -111,8 +119,8 @@ impl Body {
         Ok(self.loads.condensed.clone().unwrap_or_default())
     }
 
-    /// Sum of the absolute works of the loads' nodal forces on each mode, J: what round-off is measured against.
-    pub fn mode_scale(&self) -> Vec<f64> {
+    /// Sum of the absolute works of the loads' nodal forces on each free rigid mode, J: what round-off is measured against.
+    pub(super) fn mode_scale(&self) -> Vec<f64> {
         self.loads.mode_scale.iter().map(|e| self.loads.factors.loads.abs() * e).collect()
     }
 

@@ -15,6 +15,7 @@ mod recovery;
 mod region;
 mod response;
 mod rigid;
+mod soft;
 mod solver;
 mod system;
 
@@ -43,6 +44,7 @@ use assembly::Model;
 use load::Loads;
 use mpi::topology::SimpleCommunicator;
 use rstar::{RTree, primitives::GeomWithData};
+use soft::Split;
 use std::rc::Rc;
 use system::{SharedCost, System};
 
@@ -67,6 +69,7 @@ pub struct Body {
     temperature: Option<Rc<Vec<f64>>>,
     loads: Loads,
     system: Rc<System>,
+    split: Option<Split>,
     /// Entries of a global vector for all nodes of the part.
     ghosts: Gather,
 }
@@ -125,6 +128,19 @@ impl Body {
         self.part.n_global_nodes * self.part.dim
     }
 
+    /// Number of free modes: rigid ones and, on the first rank, soft ones.
+    pub fn n_modes(&self) -> usize {
+        self.free.modes.len() + self.system.soft().map_or(0, |soft| soft.modes.len())
+    }
+
+    /// What a free mode is called.
+    pub fn mode_name(&self, k: usize) -> String {
+        match self.free.modes.get(k) {
+            Some(mode) => mode.name.clone(),
+            None => format!("bending {}", k + 1 - self.free.modes.len()),
+        }
+    }
+
     /// What it has cost so far, its responses included.
     pub fn cost(&self) -> Cost {
         self.cost.get()
@@ -136,7 +152,7 @@ impl Body {
     }
 
     /// Displacements at the owned nodes, m, under all loads, the nodal forces `contact` (owned nodes, `dim` components
-    /// each, N), and with `alpha` of each free rigid mode (given on the first rank). Collective.
+    /// each, N), and with `alpha` of each free mode (given on the first rank). Collective.
     ///
     /// A condensed body recovers its interior with one solve. A free body's forces must balance.
     pub fn displacements(
@@ -152,6 +168,11 @@ impl Body {
             std::iter::zip(&mut interface, dofs).for_each(|(f, dof)| *f += contact[dof]);
             let solved = self.system.interface_factor().map_or(Ok(()), |s| s.solve(&mut interface));
             agree(group, solved)?;
+            if let Some(soft) = self.system.soft() {
+                for (mode, alpha) in std::iter::zip(&soft.modes, alpha.iter().skip(self.free.modes.len())) {
+                    std::iter::zip(&mut interface, mode).for_each(|(u, m)| *u += alpha * m);
+                }
+            }
             let rhs: Vec<f64> = std::iter::zip(&self.loads.current, contact).map(|(f, c)| f + c).collect();
             let x = self.system.recover(group, &rhs, &interface)?;
             let x = self.system.refine(group, &rhs, x)?;
@@ -162,7 +183,7 @@ impl Body {
         let mut alpha = alpha.to_vec();
         crate::parallel::broadcast(group, 0, &mut alpha);
         for (node, u) in u.chunks_exact_mut(self.part.dim).enumerate() {
-            for (k, alpha) in alpha.iter().enumerate() {
+            for (k, alpha) in alpha.iter().enumerate().take(self.free.modes.len()) {
                 let mode = self.free.at(k, self.part.original[node], &self.part.points[node]);
                 std::iter::zip(&mut *u, mode).for_each(|(u, m)| *u += alpha * m);
             }

@@ -2,7 +2,7 @@
 use super::{Body, BodyRow, Condensed, Solver, interface::contact_force};
 use crate::{
     error::Result,
-    schwarz::{Respond, RespondAtNodes},
+    schwarz::{Respond, RespondAtNodes, Spring},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::time::Instant;
@@ -30,8 +30,11 @@ pub(super) struct RowValues {
     pub modes: Vec<Vec<f64>>,
     /// Modes x interface values.
     pub mode_interface: Vec<Vec<f64>>,
-    /// J.
+    /// Work of the loads on each mode, and the sum of the absolute works, J.
     pub mode_work: Vec<f64>,
+    pub mode_scale: Vec<f64>,
+    /// Of the soft modes.
+    pub springs: Vec<Spring>,
 }
 
 impl Body {
@@ -82,8 +85,13 @@ impl Body {
     /// Free displacements and work on the modes of the current load. Collective.
     fn refresh(&mut self, group: &SimpleCommunicator, response: &mut Response) -> Result<()> {
         let dim = self.part.dim;
+        let mut soft_work = Vec::new();
         let mut interface = if self.is_condensed() {
             let mut u = self.condensed_load(group)?;
+            for mode in self.system.soft().iter().flat_map(|soft| &soft.modes) {
+                let works = || std::iter::zip(mode, &u).map(|(m, f)| m * f);
+                soft_work.push([works().sum::<f64>(), works().map(f64::abs).sum()]);
+            }
             let solved = self.system.interface_factor().map_or(Ok(()), |s| s.solve(&mut u));
             crate::parallel::agree(group, solved)?;
             u
@@ -91,19 +99,26 @@ impl Body {
             let x = self.system.solve_refined(group, &self.loads.current)?;
             self.interface.dofs(dim).into_iter().map(|dof| x[dof]).collect()
         };
-        interface = self.interface.constraints.from_frames(&interface, dim);
-        let modes = 0..self.free.modes.len();
-        let at_node = |k: usize, i: usize| {
-            let mode = self.free.at(k, self.interface.nodes[i], &self.interface.points[i]);
-            mode.into_iter().take(dim)
-        };
-        let n_nodes = self.interface.owned.len();
+        let constraints = &self.interface.constraints;
+        interface = constraints.from_frames(&interface, dim);
         let values = response.values_mut();
-        values.mode_interface = modes.map(|k| (0..n_nodes).flat_map(|i| at_node(k, i)).collect()).collect();
+        let n_rigid = self.free.modes.len();
+        values.mode_interface = match group.rank() {
+            0 => (0..n_rigid).map(|k| self.interface.mode(&self.free, k, dim)).collect(),
+            _ => vec![Vec::new(); n_rigid],
+        };
+        if let Some(soft) = self.system.soft() {
+            values.mode_interface.extend(soft.modes.iter().map(|mode| constraints.from_frames(mode, dim)));
+        }
         values.free = values.at_rows(&interface, dim);
         values.modes = values.mode_interface.iter().map(|mode| values.at_rows(mode, dim)).collect();
         values.free_interface = interface;
-        values.mode_work = self.mode_work();
+        (values.mode_work, values.mode_scale) = (self.mode_work(), self.mode_scale());
+        values.mode_work.extend(soft_work.iter().map(|work| work[0]));
+        values.mode_scale.extend(soft_work.iter().map(|work| work[1]));
+        if let Response::Condensed(condensed) = response {
+            condensed.set_springs();
+        }
         Ok(())
     }
 }
@@ -208,6 +223,14 @@ impl Respond for Response {
 
     fn mode_work(&self) -> &[f64] {
         &self.values().mode_work
+    }
+
+    fn mode_scale(&self) -> &[f64] {
+        &self.values().mode_scale
+    }
+
+    fn springs(&self) -> &[Spring] {
+        &self.values().springs
     }
 }
 

@@ -1,5 +1,8 @@
 //! A body's equations and how they are solved: by its solver, or condensed to its interface.
-use super::{Cost, Interface};
+use super::{
+    Cost, Interface,
+    soft::{SoftModes, Split},
+};
 use crate::{
     error::{Error, Result},
     parallel::{self, agree},
@@ -50,26 +53,29 @@ pub(super) struct System {
 
 enum Answer {
     Solver(Ksp),
-    Condensed(Condensate),
+    Condensed(Box<Condensate>),
 }
 
 /// What condensation leaves.
 struct Condensate {
     interior: SchurFactor,
-    /// Factor of the Schur complement, on the first rank.
+    /// Factor of the Schur complement, soft modes stiffened, on the first rank.
     interface: Option<Cholesky>,
+    /// The soft modes, on the first rank.
+    soft: SoftModes,
     /// Owned unknowns of the interface, on the first rank; its first global unknowns are its own.
     dofs: Vec<usize>,
 }
 
 impl System {
-    /// Factorises. Collective, errors included.
+    /// Factorises; `split`: the soft modes to split off if the body is condensed. Collective, errors included.
     pub fn new(
         group: &SimpleCommunicator,
         matrix: Matrix,
         interface: &Interface,
         setting: Setting,
         condensed: bool,
+        split: Option<&Split>,
         cost: &SharedCost,
     ) -> Result<System> {
         let failed = |e: Error| {
@@ -86,22 +92,13 @@ impl System {
                 SchurFactor::new(group, &matrix, &indices, &setting.prefix).map_err(failed)?;
             cost.add(|c| c.factor += start.elapsed().as_secs_f64());
             let start = Instant::now();
-            let factor = if group.rank() == 0 {
-                Symmetric::from_lower_rows(dofs.len(), s).into_cholesky(0.0).and_then(|factor| {
-                    factor.map(Some).ok_or_else(|| {
-                        Error::internal(
-                            "the Schur complement of the interface is not positive definite: a piece of the mesh is not \
-                             held, or the body is so thin for its length that its bending is lost in the round-off of \
-                             its other stiffnesses",
-                        )
-                    })
-                })
-            } else {
-                Ok(None)
+            let factor = match group.rank() {
+                0 => factor_interface(Symmetric::from_lower_rows(dofs.len(), s), split).map(Some),
+                _ => Ok(None),
             };
-            let factor = agree(group, factor.map_err(failed))?;
+            let (interface, soft) = agree(group, factor.map_err(failed))?.unzip();
             cost.add(|c| c.interface += start.elapsed().as_secs_f64());
-            Answer::Condensed(Condensate { interior, interface: factor, dofs })
+            Answer::Condensed(Box::new(Condensate { interior, interface, soft: soft.unwrap_or_default(), dofs }))
         } else {
             let ksp = Ksp::new(group, &matrix, &setting.prefix)?;
             ksp.set_up().map_err(failed)?;
@@ -137,7 +134,16 @@ impl System {
         }
     }
 
-    /// x = A^-1 b. Collective.
+    /// Soft modes that were split off, on the first rank; none elsewhere. The factor of the interface is then that of a
+    /// body whose soft modes are stiffened.
+    pub fn soft(&self) -> Option<&SoftModes> {
+        match &self.answer {
+            Answer::Condensed(c) => Some(&c.soft),
+            Answer::Solver(_) => None,
+        }
+    }
+
+    /// x = A^-1 b but for soft modes that were split off. Collective.
     pub fn solve(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
         match &self.answer {
             Answer::Solver(ksp) => {
@@ -165,9 +171,8 @@ impl System {
 
     /// b_B - A_BI A_II^-1 b_I, on the first rank; empty elsewhere. Half a solve. Collective.
     pub fn condense(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
-        let Answer::Condensed(Condensate { interior, dofs, .. }) = &self.answer else {
-            return Ok(Vec::new());
-        };
+        let Answer::Condensed(condensate) = &self.answer else { return Ok(Vec::new()) };
+        let Condensate { interior, dofs, .. } = &**condensate;
         let mut inside = b.to_vec();
         dofs.iter().for_each(|&dof| inside[dof] = 0.0);
         let size = parallel::max(group, &[inside.iter().fold(0.0, |m: f64, v| m.max(v.abs()))])[0];
@@ -183,10 +188,10 @@ impl System {
     /// All of x from x_B, given on the first rank: x_I = A_II^-1 (b_I - A_IB x_B). Half a solve if b_I has just been
     /// condensed, else a whole one. Collective.
     pub fn recover(&self, group: &SimpleCommunicator, b: &[f64], interface: &[f64]) -> Result<Vec<f64>> {
-        let Answer::Condensed(Condensate { interior, .. }) = &self.answer else {
+        let Answer::Condensed(condensate) = &self.answer else {
             return Err(Error::internal("only a condensed body recovers its interior"));
         };
-        let x = interior.expand(group, b, interface)?;
+        let x = condensate.interior.expand(group, b, interface)?;
         self.cost.add(|c| c.solves += 1);
         Ok(x)
     }
@@ -219,6 +224,20 @@ impl System {
     fn residual(&self, group: &SimpleCommunicator, b: &[f64], x: &[f64]) -> Result<Vec<f64>> {
         Ok(std::iter::zip(b, self.times(group, x)?).map(|(b, ax)| b - ax).collect())
     }
+}
+
+/// Factor of the Schur complement with its soft modes stiffened, and these.
+fn factor_interface(s: Symmetric, split: Option<&Split>) -> Result<(Cholesky, SoftModes)> {
+    let factor = match split {
+        Some(split) => split.apply(s)?,
+        None => s.into_cholesky(0.0)?.map(|factor| (factor, SoftModes::default())),
+    };
+    factor.ok_or_else(|| {
+        Error::internal(
+            "the Schur complement of the interface is not positive definite: a piece of the mesh is not held, or the body \
+             is so thin for its length that its bending is lost in the round-off of its other stiffnesses",
+        )
+    })
 }
 
 /// A distributed vector of owned entries.

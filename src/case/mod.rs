@@ -92,6 +92,11 @@ pub struct Case {
 }
 
 impl Case {
+    /// Number of contact pairs that a body is in.
+    pub fn pairs_of(&self, body: BodyRef) -> usize {
+        self.contacts.iter().filter(|c| c.surfaces.iter().any(|s| s.body == body)).count()
+    }
+
     /// Name of a body.
     pub fn body_name(&self, body: BodyRef) -> &str {
         match body {

@@ -6,7 +6,7 @@
 //! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
 use super::{
-    Coarse, Coupling, Lead, Outcome, PairRows, Projector, Reason, Respond,
+    Coarse, Coupling, Outcome, PairRows, Projector, Reason, Respond, Share,
     record::{Recorder, State},
 };
 use crate::{error::Result, output::HistoryRow};
@@ -43,6 +43,9 @@ const MODEL: f64 = 1e-2;
 /// outliers one by one.
 const FEW_LONG_WAVES: f64 = 0.01;
 
+/// In a chain of bodies both sides of a pair make the displacement step if neither is this much softer than the other.
+const ALIKE: f64 = 10.0;
+
 /// What the user chooses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
@@ -70,8 +73,8 @@ pub struct ActiveSet<'c, 'a, B> {
     pub alpha: Vec<f64>,
     /// Rows in contact.
     pub active: Vec<bool>,
-    /// Leading body of each end's pair.
-    pub lead: Vec<Lead>,
+    /// Who makes the displacement steps of each end's pair.
+    pub share: Vec<Share>,
     /// Active-set updates so far.
     pub updates: usize,
     /// Rows that changed at the last update.
@@ -104,7 +107,8 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         n_pairs: usize,
         step: u64,
     ) -> Self {
-        let initial: Vec<f64> = rows.iter().flat_map(|r| r.gap.iter().copied()).collect();
+        let mut initial: Vec<f64> = rows.iter().flat_map(|r| r.gap.iter().copied()).collect();
+        initial.resize(coupling.n, 0.0);
         let free = coupling.free();
         // A gap that closes to round-off is closed, and does not penetrate.
         let closes = |g: f64, w: f64| (g - w).abs() <= ROUND_OFF * g.abs().max(w.abs());
@@ -113,7 +117,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let n = coupling.n;
         let recorder = Recorder::new(n_pairs, step);
         ActiveSet {
-            lead: vec![Lead::Multiplier; coupling.ends.len()],
+            share: vec![1.0; coupling.ends.len()],
             coupling,
             rows,
             coarse,
@@ -144,14 +148,20 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             Err(motion) => return Ok(Err(motion)),
         };
         self.alpha = alpha;
-        if self.coupling.dot(&start, &start) == 0.0 {
+        if self.largest(&start) == 0.0 {
+            (self.force, self.active) = (start.clone(), self.compressed(&start));
             return Ok(Ok(self.outcome(Reason::Open)));
         }
         let guess = match warm {
-            Some(warm) if self.coupling.dot(warm, warm) > 0.0 => warm.to_vec(),
+            Some(warm) if self.largest(warm) > 0.0 => {
+                // Springs start from rest.
+                let mut warm = warm.to_vec();
+                warm.resize(self.coupling.n, 0.0);
+                warm
+            }
             _ => self.one_sided_guess(&start)?,
         };
-        self.active = guess.iter().map(|r| *r > 0.0).collect();
+        self.active = self.compressed(&guess);
         let guess = self.improved_guess(guess, &mut progress)?;
         let reason = self.iterate(guess, &start, &mut progress)?;
         Ok(Ok(self.outcome(reason)))
@@ -161,14 +171,24 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// bodies that only dent are, the set of active rows is that of the solution. Rows whose body has no answer keep
     /// the springs' forces.
     fn one_sided_guess(&mut self, start: &[f64]) -> Result<Vec<f64>> {
-        for (lead, rows) in std::iter::zip(&mut self.lead, self.rows) {
+        for (share, rows) in std::iter::zip(&mut self.share, self.rows) {
             let mortar_is_softer = rows.compliance_ratio < 1.0 && !rows.mortar_is_coarse;
-            *lead = if mortar_is_softer { Lead::Mortar } else { Lead::Multiplier };
+            *share = if mortar_is_softer { 0.0 } else { 1.0 };
         }
-        let gap: Vec<f64> = (0..self.coupling.n).map(|j| self.gap_at(j)).collect();
-        let mut guess = self.coupling.unilateral_step(&gap, start, &self.lead)?;
+        // The leading body finds its own soft modes' amplitudes; those of the other one are at rest.
+        let at_rest = self.coarse.sprung(&self.coarse.work);
+        let rigid: Vec<f64> = std::iter::zip(&self.alpha, &self.coarse.stiffness)
+            .map(|(alpha, k)| if *k > 0.0 { 0.0 } else { *alpha })
+            .collect();
+        let mut gap: Vec<f64> =
+            (0..self.coupling.n).map(|j| self.gap[j] - self.coarse.at(j, &rigid)).collect();
+        for (i, _) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
+            let other = usize::from(self.share[i] >= 0.5);
+            self.coupling.ranges[i].clone().for_each(|j| gap[j] -= self.coarse.at_side(j, other, &at_rest));
+        }
+        let mut guess = self.coupling.unilateral_step(&gap, start, &self.share)?;
         std::iter::zip(&mut guess, start).filter(|(g, _)| g.is_nan()).for_each(|(g, s)| *g = *s);
-        if self.coupling.dot(&guess, &guess) == 0.0 {
+        if self.largest(&guess) == 0.0 {
             guess = start.to_vec();
         }
         Ok(guess)
@@ -186,26 +206,38 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let r = self.residual_vector();
         let (scale, floor) = self.scales();
         let size = self.coupling.dot(&r, &r).sqrt();
-        let Some([own, other]) = responses else { return Ok(self.force.clone()) };
+        let Some([mut own, mut other]) = responses else { return Ok(self.force.clone()) };
         if size > MODEL * scale || size <= (self.limits.tolerance * scale).max(floor) {
             return Ok(self.force.clone());
+        }
+        // With what the soft modes give way.
+        let n_rows = self.coupling.n_rows;
+        let pushed = |j: usize| if j < n_rows { self.force[j] } else { 0.0 };
+        let sprung = self.coarse.sprung(&self.coarse.restrict(self.coupling.exchange, pushed));
+        let at_rest = self.coarse.sprung(&self.coarse.work);
+        for j in 0..n_rows {
+            own[j] += self.coarse.at_side(j, 0, &sprung);
+            other[j] += self.coarse.at_side(j, 1, &sprung);
         }
         let mut model = vec![0.0; self.coupling.n];
         for (i, _) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
             let range = self.coupling.ranges[i].clone();
-            let leading = if self.lead[i] == Lead::Multiplier { &own } else { &other };
+            let side = usize::from(self.share[i] < 0.5);
+            let leading = [&own, &other][side];
             let work = |w: &[f64]| -> f64 { range.clone().map(|j| self.force[j] * w[j]).sum() };
             let theta = (work(&own) + work(&other)) / work(leading);
             let theta = if theta.is_finite() && theta > 0.0 { theta } else { 1.0 };
-            range.for_each(|j| model[j] = self.gap_at(j) / theta - leading[j]);
+            range.for_each(|j| {
+                model[j] = self.gap_at(j) / theta - leading[j] + self.coarse.at_side(j, side, &at_rest)
+            });
         }
-        let mut better = self.coupling.unilateral_step(&model, &self.force, &self.lead)?;
+        let mut better = self.coupling.unilateral_step(&model, &self.force, &self.share)?;
         if self.coupling.exchange.max(&[f64::from(u8::from(better.iter().any(|f| f.is_nan())))])[0] > 0.0
-            || self.coupling.dot(&better, &better) == 0.0
+            || self.largest(&better) == 0.0
         {
             better = self.force.clone();
         }
-        self.active = better.iter().map(|r| *r > 0.0).collect();
+        self.active = self.compressed(&better);
         Ok(better)
     }
 
@@ -292,7 +324,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Reason> {
         let mut feasible = start.to_vec();
-        self.active = feasible.iter().map(|r| *r > 0.0).collect();
+        self.active = self.compressed(&feasible);
         let applied = self.apply(&feasible)?;
         let mut gap: Vec<f64> = std::iter::zip(&self.g_free, &applied).map(|(g, f)| g + f).collect();
         loop {
@@ -305,7 +337,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             let largest = self.largest(&self.force);
             let limit = self.threshold * largest;
             // As far as the first force that vanishes.
-            let ratios: Vec<f64> = (0..self.coupling.n)
+            let ratios: Vec<f64> = (0..self.coupling.n_rows)
                 .map(|j| match self.active[j] && self.force[j] < -limit {
                     true => feasible[j] / (feasible[j] - self.force[j]),
                     false => f64::INFINITY,
@@ -319,7 +351,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                 for j in 0..self.coupling.n {
                     feasible[j] += step * (self.force[j] - feasible[j]);
                     gap[j] += step * (self.gap[j] - gap[j]);
-                    if ratios[j] <= step * (1.0 + 1e-12) {
+                    if ratios.get(j).is_some_and(|ratio| *ratio <= step * (1.0 + 1e-12)) {
                         (feasible[j], self.active[j]) = (0.0, false);
                         self.flipped.push(j);
                     }
@@ -368,20 +400,18 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Option<[Vec<f64>; 2]>> {
         std::iter::zip(&mut force, &self.active).filter(|(_, a)| !**a).for_each(|(f, _)| *f = 0.0);
-        self.balance(&mut force, projector);
+        let is_guess = self.updates == 0 && self.coarse.all_are_sprung();
+        if !is_guess {
+            self.balance(&mut force, projector);
+        }
         let changed = force != self.force;
         if self.coupling.exchange.max(&[f64::from(u8::from(changed))])[0] == 0.0 {
             return Ok(None);
         }
         let [mut own, mut other] = self.coupling.force_step(&force)?;
         self.choose_lead(&force, &own, &other);
-        if self.coarse.n == 0 && self.updates == 0 {
-            // A guess has the right shape; its size minimises the energy along it.
-            let work = self.coupling.dot(&force, &own) + self.coupling.dot(&force, &other);
-            let size = -self.coupling.dot(&force, &self.g_free) / work;
-            if work > 0.0 && size.is_finite() && size > 0.0 {
-                force.iter_mut().chain(&mut own).chain(&mut other).for_each(|v| *v *= size);
-            }
+        if is_guess {
+            self.resize(&mut force, &mut own, &mut other);
         }
         self.force = force;
         self.gap =
@@ -389,6 +419,34 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         self.update_alpha(projector);
         self.record(0, progress);
         Ok(Some([own, other]))
+    }
+
+    /// A guess of the contact forces has the right shape; its size minimises the energy along it. The springs follow.
+    fn resize(&self, force: &mut [f64], own: &mut [f64], other: &mut [f64]) {
+        let (coarse, n_rows) = (self.coarse, self.coupling.n_rows);
+        let pushed = coarse.restrict(self.coupling.exchange, |j| if j < n_rows { force[j] } else { 0.0 });
+        let mut sums = [0.0; 2];
+        for j in 0..n_rows {
+            sums[0] += force[j] * (own[j] + other[j]);
+            sums[1] -= force[j] * self.g_free[j];
+        }
+        let [mut work, mut driven] = [sums[0], sums[1]];
+        let sums = self.coupling.exchange.sum(&[work, driven]);
+        (work, driven) = (sums[0], sums[1]);
+        for (k, stiffness) in coarse.stiffness.iter().enumerate() {
+            work += pushed[k] * pushed[k] / stiffness;
+            driven += pushed[k] * coarse.work[k] / stiffness;
+        }
+        let size = driven / work;
+        let size = if work > 0.0 && size.is_finite() && size > 0.0 { size } else { 1.0 };
+        for v in [&mut *force, &mut *own, &mut *other] {
+            v[..n_rows].iter_mut().for_each(|v| *v *= size);
+        }
+        let pushed: Vec<f64> = pushed.iter().map(|p| size * p).collect();
+        let springs = coarse.spring_forces(&pushed);
+        for ((s, j), (_, spring)) in springs.into_iter().zip(n_rows..).zip(&self.coupling.springs) {
+            (force[j], own[j]) = (s, s / spring.stiffness);
+        }
     }
 
     /// Adds Q Z W (e - Z'R) on the active rows: the least change, in local elastic energy, that restores equilibrium.
@@ -442,13 +500,13 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             if size < 0.9 * best.0 {
                 best = (size, iteration);
             }
-            if size <= floor || iteration > best.1 + PATIENCE && size <= 1e3 * floor {
+            if size <= floor || iteration > best.1 + PATIENCE && (small || size <= 1e3 * floor) {
                 return Ok(Inner::RoundOff);
             }
             if self.recorder.count() >= self.limits.max_alternations {
                 return Ok(Inner::Limit);
             }
-            let mut z = self.coupling.displacement_step(&r, &self.active, &self.lead)?;
+            let mut z = self.coupling.displacement_step(&r, &self.active, &self.share)?;
             // Where a support holds the leading body only the other one gives way: its local stiffness has to do.
             for j in (0..z.len()).filter(|&j| self.active[j]) {
                 if z[j] == 0.0 {
@@ -512,24 +570,35 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// Norm of the elastic approach at the active rows, and of what round-off leaves of it, m.
     fn scales(&self) -> (f64, f64) {
         let mut sums = [0.0; 3];
+        let held = self.coarse.all_are_sprung();
         for j in (0..self.coupling.n).filter(|&j| self.active[j]) {
             let elastic = self.gap[j] - self.g_free[j];
             let local = self.force[j] / self.coarse.scaling(j);
             let rigid = self.coarse.at(j, &self.alpha);
-            sums[0] += if self.coarse.n == 0 { elastic * elastic } else { 0.0 };
-            sums[1] += local * local;
+            if j < self.coupling.n_rows {
+                sums[0] += if held { elastic * elastic } else { 0.0 };
+                sums[1] += local * local;
+            }
             sums[2] += elastic * elastic + self.g_free[j] * self.g_free[j] + rigid * rigid;
         }
         let sums = self.coupling.exchange.sum(&sums);
         (sums[0].max(sums[1]).sqrt(), ROUND_OFF * sums[2].sqrt())
     }
 
+    /// Largest absolute value on the contact rows of all ranks. Collective on the roots.
     fn largest(&self, v: &[f64]) -> f64 {
-        self.coupling.exchange.max(&[v.iter().fold(0.0, |l: f64, v| l.max(v.abs()))])[0]
+        let rows = &v[..self.coupling.n_rows];
+        self.coupling.exchange.max(&[rows.iter().fold(0.0, |l: f64, v| l.max(v.abs()))])[0]
     }
 
     fn any_active(&self) -> bool {
-        self.coupling.exchange.max(&[f64::from(u8::from(self.active.contains(&true)))])[0] > 0.0
+        let active = self.active[..self.coupling.n_rows].contains(&true);
+        self.coupling.exchange.max(&[f64::from(u8::from(active))])[0] > 0.0
+    }
+
+    /// Rows under compression, and the springs.
+    fn compressed(&self, force: &[f64]) -> Vec<bool> {
+        (0..self.coupling.n).map(|j| j >= self.coupling.n_rows || force[j] > 0.0).collect()
     }
 
     /// What the contact forces change of gap `j`, but for rigid motions: the elastic approach, m.
@@ -546,10 +615,11 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// Penetration below this is none, m.
     pub fn gap_threshold(&self) -> f64 {
         let mut largest = [0.0_f64; 2];
-        for j in 0..self.coupling.n {
+        let held = self.coarse.all_are_sprung();
+        for j in 0..self.coupling.n_rows {
             let elastic = (self.gap[j] - self.g_free[j]).abs();
             let local = (self.force[j] / self.coarse.scaling(j)).abs();
-            largest[0] = largest[0].max(local).max(if self.coarse.n == 0 { elastic } else { 0.0 });
+            largest[0] = largest[0].max(local).max(if held { elastic } else { 0.0 });
             if self.active[j] {
                 largest[1] = largest[1].max(self.g_free[j].abs()).max(elastic);
             }
@@ -562,7 +632,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     fn violations(&self) -> (Vec<usize>, Vec<usize>, f64) {
         let largest = self.largest(&self.force);
         let (tension, penetration) = (self.threshold * largest, self.gap_threshold());
-        let n = self.coupling.n;
+        let n = self.coupling.n_rows;
         let leaving: Vec<usize> = (0..n).filter(|&j| self.active[j] && self.force[j] < -tension).collect();
         let entering: Vec<usize> =
             (0..n).filter(|&j| !self.active[j] && self.gap_at(j) < -penetration).collect();
@@ -583,12 +653,13 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                 std::iter::zip(&force[range.clone()], &w[range.clone()]).map(|(f, w)| f * w).sum()
             };
             let (long, short) = (work(own) / work(other), self.rows[i].compliance_ratio);
-            self.lead[i] =
-                if long * short >= FEW_LONG_WAVES || !long.is_finite() || self.rows[i].mortar_is_coarse {
-                    Lead::Multiplier
-                } else {
-                    Lead::Mortar
-                };
+            let alike = |c: f64| (1.0 / ALIKE..=ALIKE).contains(&c);
+            let multiplier_leads = long * short >= FEW_LONG_WAVES || !long.is_finite();
+            self.share[i] = match multiplier_leads {
+                _ if self.rows[i].in_chain && alike(long) && alike(short) => 0.5,
+                true => 1.0,
+                false => 0.0,
+            };
         }
     }
 

@@ -1,5 +1,5 @@
 //! The active-set driver on bodies that are matrices.
-use super::{ActiveSet, Coarse, Coupling, End, Limits, PairRows, Reason, Respond};
+use super::{ActiveSet, Coarse, Coupling, End, Limits, PairRows, Reason, Respond, Spring};
 use crate::{
     error::Result,
     parallel::{Exchange, Partner},
@@ -12,6 +12,8 @@ struct Dense {
     free: Vec<f64>,
     modes: Vec<Vec<f64>>,
     work: Vec<f64>,
+    scale: Vec<f64>,
+    springs: Vec<Spring>,
 }
 
 impl Respond for Dense {
@@ -44,6 +46,12 @@ impl Respond for Dense {
     }
     fn mode_work(&self) -> &[f64] {
         &self.work
+    }
+    fn mode_scale(&self) -> &[f64] {
+        &self.scale
+    }
+    fn springs(&self) -> &[Spring] {
+        &self.springs
     }
 }
 
@@ -83,11 +91,11 @@ fn run(
     let exchange = Exchange { comm: None, partners: vec![Partner::Here(1), Partner::Here(0)] };
     let first = [0, bodies[0].modes.len()];
     let n_modes = bodies.iter().map(|b| b.modes.len()).sum();
-    let scale: Vec<Vec<f64>> = bodies.iter().map(|b| b.work.iter().map(|w| w.abs()).collect()).collect();
+    bodies.iter_mut().for_each(|b| b.scale = b.work.iter().map(|w| w.abs()).collect());
     let rows =
-        [PairRows { gap, stiffness, compliance_ratio: ratio, mortar_is_coarse: false }, PairRows::default()];
+        [PairRows { gap, stiffness, compliance_ratio: ratio, ..PairRows::default() }, PairRows::default()];
     let mut coupling = Coupling::new(bodies, &ends, &exchange);
-    let coarse = Coarse::new(&coupling, n_modes, &first, &scale, vec![stiffness; n]);
+    let coarse = Coarse::new(&coupling, n_modes, &first, vec![stiffness; n]);
     let limits = Limits { tolerance: 1e-8, max_alternations: 500 };
     let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
     let outcome = driver.run(None, |_| {}).expect("no library fails")?;
@@ -104,7 +112,14 @@ fn run(
 
 fn body(compliance: DMatrix<f64>) -> Dense {
     let n = compliance.nrows();
-    Dense { compliance, free: vec![0.0; n], modes: Vec::new(), work: Vec::new() }
+    Dense {
+        compliance,
+        free: vec![0.0; n],
+        modes: Vec::new(),
+        work: Vec::new(),
+        scale: Vec::new(),
+        springs: Vec::new(),
+    }
 }
 
 fn complementary(run: &Run) {
@@ -193,12 +208,12 @@ fn feasible_steps_find_the_same_solution() {
     ];
     let exchange = Exchange { comm: None, partners: vec![Partner::Here(1), Partner::Here(0)] };
     let rows = [
-        PairRows { gap, stiffness: 0.75, compliance_ratio: 1.0 / 3.0, mortar_is_coarse: false },
+        PairRows { gap, stiffness: 0.75, compliance_ratio: 1.0 / 3.0, ..PairRows::default() },
         PairRows::default(),
     ];
     let mut bodies = [body(a), body(b)];
     let mut coupling = Coupling::new(&mut bodies, &ends, &exchange);
-    let coarse = Coarse::new(&coupling, 0, &[0, 0], &[vec![], vec![]], vec![0.75; n]);
+    let coarse = Coarse::new(&coupling, 0, &[0, 0], vec![0.75; n]);
     let limits = Limits { tolerance: 1e-10, max_alternations: 2000 };
     let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
     let (start, _) = coarse.start(&exchange, &driver.gap.clone()).expect("restrained");
@@ -208,4 +223,34 @@ fn feasible_steps_find_the_same_solution() {
     for (a, b) in std::iter::zip(&driver.force, &reference.force) {
         assert!((a - b).abs() <= 1e-7 * largest, "{a:e} {b:e}");
     }
+}
+
+#[test]
+fn a_soft_mode_on_a_spring_is_the_body_as_a_whole() {
+    let n = 61;
+    let (a, x) = half_plane(n, 1.0);
+    let (b, _) = half_plane(n, 2.0);
+    // A plate that bends, a thousand times softer than it dents; its load does some work on the bending.
+    let bending = DVector::from_iterator(n, x.iter().map(|x| 1.0 - x * x));
+    let (stiffness, work) = (1e-3, 4e-4);
+    let gap: Vec<f64> = x.iter().map(|x| 0.1 * x * x - 0.1).collect();
+    let mut whole = body(&a + &bending * bending.transpose() / stiffness);
+    whole.free = (&bending * (work / stiffness)).as_slice().to_vec();
+    let mut split = body(a);
+    split.modes = vec![bending.as_slice().to_vec()];
+    split.work = vec![work];
+    split.springs = vec![Spring { mode: 0, lever: 0.1, stiffness: stiffness / 0.01 }];
+    let found = [whole, split].map(|first| {
+        let found = run(&mut [first, body(b.clone())], gap.clone(), 0.67, 0.5).expect("restrained");
+        assert_eq!(found.reason, Reason::Converged);
+        complementary(&found);
+        found
+    });
+    let largest = found[0].force.iter().copied().fold(0.0, f64::max);
+    for (a, b) in std::iter::zip(&found[0].force, &found[1].force) {
+        assert!((a - b).abs() <= 1e-6 * largest, "{a:e} {b:e}");
+    }
+    // What bends carries the rest of the load.
+    let pushed: f64 = std::iter::zip(&found[1].force, &bending).map(|(f, z)| f * z).sum();
+    assert!((pushed + 0.1 * found[1].force[n] - work).abs() < 1e-12 * work.abs().max(pushed));
 }

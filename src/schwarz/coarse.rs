@@ -1,7 +1,8 @@
-//! The rigid modes that supports leave free, as the coarse space of the interface problem (as in FETI).
+//! The free modes of the bodies, rigid and soft ones, as the coarse space of the interface problem (as in FETI).
 //!
 //! With Z the outward row displacements of all free modes, alpha their amplitudes and e the work of the loads on them,
-//! the gap is g = g_free + F R - Z alpha and the bodies are in equilibrium if Z' R = e.
+//! the gap is g = g_free + F R - Z alpha and the bodies are in equilibrium if Z' R = e. A spring of stiffness k and lever z
+//! on a mode is one more row, of compliance 1/k and never open: r / k - z alpha = 0, and z r resists the mode.
 use super::{Coupling, Respond};
 use crate::parallel::Exchange;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -15,16 +16,22 @@ const NO_WORK: f64 = 1e-9;
 /// Iterations and bisections of the rigid start; each is a few small reductions.
 const START_ITERATIONS: usize = 200;
 
-/// The free rigid modes of all bodies.
+/// The free modes of all bodies.
 pub struct Coarse {
     /// Number of modes of all bodies.
     pub n: usize,
     /// Work of the loads on each mode, J; what is round-off is zero.
     pub work: Vec<f64>,
-    /// Per row of this rank: the modes that move it, and by how much outwards, m.
-    rows: Vec<Vec<(usize, f64)>>,
+    /// Stiffness of each mode's spring, N/m; zero without.
+    pub stiffness: Vec<f64>,
+    /// The springs of this rank: the mode and the lever.
+    springs: Vec<(usize, f64)>,
+    /// Per row of this rank and side (multipliers first): the modes that move it, and by how much outwards, m.
+    rows: Vec<[Vec<(usize, f64)>; 2]>,
     /// Diagonal scaling Q of each row: its local stiffness, N/m.
     scaling: Vec<f64>,
+    /// Number of contact rows; springs follow.
+    n_rows: usize,
 }
 
 /// The coarse problem on an active set.
@@ -36,25 +43,24 @@ pub struct Projector {
 }
 
 impl Coarse {
-    /// Gathers the modes. `first`: number of each of this rank's bodies' first mode among all `n`; `scale`: sum of the
-    /// absolute works of the loads on each mode of each body. Collective on the roots.
+    /// Gathers the modes. `first`: number of each of this rank's bodies' first mode among all `n`; `scaling`: of the contact
+    /// rows. Collective on the roots.
     pub fn new<B: Respond>(
         coupling: &Coupling<B>,
         n: usize,
         first: &[usize],
-        scale: &[Vec<f64>],
-        scaling: Vec<f64>,
+        mut scaling: Vec<f64>,
     ) -> Coarse {
         let mut work = vec![0.0; 2 * n];
         for (b, body) in coupling.bodies.iter().enumerate() {
-            for (k, e) in body.mode_work().iter().enumerate() {
-                (work[first[b] + k], work[n + first[b] + k]) = (*e, scale[b][k]);
+            for (k, (e, scale)) in std::iter::zip(body.mode_work(), body.mode_scale()).enumerate() {
+                (work[first[b] + k], work[n + first[b] + k]) = (*e, *scale);
             }
         }
         let work = coupling.exchange.sum(&work);
         let negligible = |k: usize| work[k].abs() <= NO_WORK * work[n + k];
         let work = (0..n).map(|k| if negligible(k) { 0.0 } else { work[k] }).collect();
-        let mut rows = vec![Vec::new(); coupling.n];
+        let mut rows = vec![<[Vec<(usize, f64)>; 2]>::default(); coupling.n];
         // The mode's number and the rows' displacements, end by end; a mortar end sends its own.
         let of_end = |bodies: &[B], end: &super::End| -> Vec<f64> {
             let modes = bodies[end.body].modes();
@@ -68,16 +74,37 @@ impl Coarse {
             .collect();
         let received = coupling.exchange.swap(&out);
         for (i, end) in coupling.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
-            for message in [&mine[i], &received[i]].into_iter().filter(|m| m.len() > 2) {
+            for (side, message) in
+                [&mine[i], &received[i]].into_iter().enumerate().filter(|(_, m)| m.len() > 2)
+            {
                 let (first, m) = (message[0] as usize, end.rows.len());
                 for (k, values) in message[2..].chunks_exact(m.max(1)).enumerate() {
                     for (row, z) in std::iter::zip(&mut rows[coupling.ranges[i].clone()], values) {
-                        row.push((first + k, *z));
+                        row[side].push((first + k, *z));
                     }
                 }
             }
         }
-        Coarse { n, work, rows, scaling }
+        let (mut stiffness, mut springs) = (vec![0.0; n], Vec::new());
+        for (j, (b, spring)) in (coupling.n_rows..).zip(&coupling.springs) {
+            let mode = first[*b] + spring.mode;
+            rows[j][0].push((mode, spring.lever));
+            scaling.push(spring.stiffness);
+            stiffness[mode] = spring.stiffness * spring.lever.powi(2);
+            springs.push((mode, spring.lever));
+        }
+        let stiffness = if n > 0 { coupling.exchange.sum(&stiffness) } else { stiffness };
+        Coarse { n, work, stiffness, springs, rows, scaling, n_rows: coupling.n_rows }
+    }
+
+    /// True if springs resist all modes: each body stands without contact.
+    pub fn all_are_sprung(&self) -> bool {
+        self.stiffness.iter().all(|k| *k > 0.0)
+    }
+
+    /// The springs' forces, N, in equilibrium with contact forces that do the work `pushed` on the modes.
+    pub fn spring_forces(&self, pushed: &[f64]) -> Vec<f64> {
+        self.springs.iter().map(|&(k, lever)| (self.work[k] - pushed[k]) / lever).collect()
     }
 
     /// Z' v over all ranks. Collective on the roots unless there are no modes.
@@ -89,7 +116,7 @@ impl Coarse {
         for (j, row) in self.rows.iter().enumerate() {
             let v = v(j);
             if v != 0.0 {
-                row.iter().for_each(|&(k, z)| sum[k] += z * v);
+                row.iter().flatten().for_each(|&(k, z)| sum[k] += z * v);
             }
         }
         exchange.sum(&sum)
@@ -97,7 +124,19 @@ impl Coarse {
 
     /// (Z a) at row j, m.
     pub fn at(&self, j: usize, a: &[f64]) -> f64 {
-        self.rows[j].iter().map(|&(k, z)| z * a[k]).sum()
+        self.rows[j].iter().flatten().map(|&(k, z)| z * a[k]).sum()
+    }
+
+    /// The same of the modes of one side's body (0: that of the multipliers).
+    pub fn at_side(&self, j: usize, side: usize, a: &[f64]) -> f64 {
+        self.rows[j][side].iter().map(|&(k, z)| z * a[k]).sum()
+    }
+
+    /// Amplitudes of the sprung modes under forces that do the work `work` on the modes; zero of the others.
+    pub fn sprung(&self, work: &[f64]) -> Vec<f64> {
+        let amplitude =
+            |(work, stiffness): (&f64, &f64)| if *stiffness > 0.0 { work / stiffness } else { 0.0 };
+        std::iter::zip(work, &self.stiffness).map(amplitude).collect()
     }
 
     /// Q at row j, N/m.
@@ -143,8 +182,8 @@ impl Coarse {
         for (j, row) in self.rows.iter().enumerate() {
             let q = weight(j);
             if q != 0.0 {
-                for &(i, a) in row {
-                    row.iter().for_each(|&(k, b)| gram[i * n + k] += q * a * b);
+                for &(i, a) in row.iter().flatten() {
+                    row.iter().flatten().for_each(|&(k, b)| gram[i * n + k] += q * a * b);
                 }
             }
         }
@@ -159,7 +198,8 @@ impl Coarse {
         let n = self.n;
         let mut alpha = vec![0.0; n];
         let force = |alpha: &[f64]| -> Vec<f64> {
-            (0..gap.len()).map(|j| (self.scaling[j] * (self.at(j, alpha) - gap[j])).max(0.0)).collect()
+            let force = |j: usize| self.scaling[j] * (self.at(j, alpha) - gap[j]);
+            (0..gap.len()).map(|j| if j < self.n_rows { force(j).max(0.0) } else { force(j) }).collect()
         };
         let mut r = force(&alpha);
         for _ in 0..START_ITERATIONS {
@@ -169,11 +209,11 @@ impl Coarse {
             let pushed = self.restrict(exchange, |j| r[j]);
             let residual: Vec<f64> = std::iter::zip(&self.work, &pushed).map(|(e, p)| e - p).collect();
             // Modes move no node by more than one: a spin, which rows hardly see, is measured by the forces, too.
-            let total = exchange.sum(&[r.iter().sum::<f64>()])[0];
+            let total = exchange.sum(&[r[..self.n_rows].iter().sum::<f64>()])[0];
             if (0..n).all(|k| residual[k].abs() <= 1e-12 * (self.work[k].abs() + total)) {
                 break;
             }
-            let active: Vec<bool> = r.iter().map(|r| *r > 0.0).collect();
+            let active: Vec<bool> = (0..r.len()).map(|j| j >= self.n_rows || r[j] > 0.0).collect();
             let projector = self.projector(exchange, &active);
             let b = DVector::from_vec(residual);
             // Where nothing resists yet the bodies go along with the load; elsewhere a Newton step.
@@ -194,7 +234,7 @@ impl Coarse {
     pub fn absolute_work(&self, exchange: &Exchange, r: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.n];
         for (j, row) in self.rows.iter().enumerate() {
-            row.iter().for_each(|&(k, z)| sum[k] += (z * r[j]).abs());
+            row.iter().flatten().for_each(|&(k, z)| sum[k] += (z * r[j]).abs());
         }
         exchange.sum(&sum)
     }
@@ -215,7 +255,7 @@ impl Coarse {
             let mut s = [0.0, 0.0];
             for j in 0..gap.len() {
                 let x = pen[j] + t * along[j];
-                if x > 0.0 {
+                if x > 0.0 || j >= self.n_rows {
                     s[0] += self.scaling[j] * x * along[j];
                     s[1] += self.scaling[j] * along[j] * along[j];
                 }
@@ -227,7 +267,7 @@ impl Coarse {
         // step.
         let mut high = 1.0;
         if open_ended {
-            let ahead = |j: &usize| along[*j] > 0.0;
+            let ahead = |j: &usize| along[*j] > 0.0 && *j < self.n_rows;
             let first = (0..gap.len())
                 .filter(|j| ahead(j) && pen[*j] < 0.0)
                 .map(|j| -pen[j] / along[j])

@@ -2,7 +2,7 @@
 //!
 //! Every pair has one multiplier per row, held by the group of the body on its multiplier side. The other body sees the
 //! same rows through the transposed operator. Only row forces and row displacements are exchanged.
-use super::Respond;
+use super::{Respond, Spring};
 use crate::{
     error::Result,
     parallel::{Exchange, Partner},
@@ -35,6 +35,8 @@ pub struct PairRows {
     pub compliance_ratio: f64,
     /// The mortar side has fewer nodes than there are rows: its displacements cannot follow all of them.
     pub mortar_is_coarse: bool,
+    /// One of the two bodies is in contact elsewhere, too.
+    pub in_chain: bool,
 }
 
 /// How many steps the bodies have made.
@@ -46,16 +48,11 @@ pub struct Steps {
     pub displacement: usize,
 }
 
-/// Which body of a pair makes the displacement step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Lead {
-    /// The one with the multipliers.
-    Multiplier,
-    /// The other one.
-    Mortar,
-}
+/// The multiplier side's share of a displacement step, in [0, 1]; the mortar side has the rest.
+pub type Share = f64;
 
-/// The bodies of this rank and their rows. A *row vector* has an entry per row of this rank's multiplier ends.
+/// The bodies of this rank and their rows. A *row vector* has an entry per row of this rank's multiplier ends, and after
+/// them one per spring of its bodies' soft modes: a row that is always active and whose force may have either sign.
 pub struct Coupling<'a, B> {
     /// This rank's bodies.
     pub bodies: &'a mut [B],
@@ -65,6 +62,10 @@ pub struct Coupling<'a, B> {
     pub exchange: &'a Exchange<'a>,
     /// Per end: its rows in a row vector; empty for mortar ends.
     pub ranges: Vec<Range<usize>>,
+    /// The springs: index of the body among this rank's, and the spring.
+    pub springs: Vec<(usize, Spring)>,
+    /// Number of contact rows.
+    pub n_rows: usize,
     /// Length of a row vector.
     pub n: usize,
     /// Counters.
@@ -74,16 +75,20 @@ pub struct Coupling<'a, B> {
 impl<'a, B: Respond> Coupling<'a, B> {
     /// Joins the bodies. Not collective.
     pub fn new(bodies: &'a mut [B], ends: &'a [End], exchange: &'a Exchange<'a>) -> Self {
-        let mut n = 0;
+        let mut n_rows = 0;
         let ranges = ends
             .iter()
             .map(|end| {
                 let length = if end.multiplier { end.rows.len() } else { 0 };
-                n += length;
-                n - length..n
+                n_rows += length;
+                n_rows - length..n_rows
             })
             .collect();
-        Coupling { bodies, ends, exchange, ranges, n, steps: Steps::default() }
+        let of_body =
+            |(i, body): (usize, &B)| body.springs().iter().map(move |s| (i, *s)).collect::<Vec<_>>();
+        let springs: Vec<(usize, Spring)> = bodies.iter().enumerate().flat_map(of_body).collect();
+        let n = n_rows + springs.len();
+        Coupling { bodies, ends, exchange, ranges, springs, n_rows, n, steps: Steps::default() }
     }
 
     /// Outward displacements of the rows without contact forces, of both sides together, m. Collective on the roots.
@@ -107,26 +112,41 @@ impl<'a, B: Respond> Coupling<'a, B> {
         let answers = std::iter::zip(self.bodies.iter_mut(), &forces);
         let answers = answers.map(|(body, force)| body.force_step(force)).collect::<Result<Vec<_>>>();
         let answers = self.exchange.agree(answers)?;
-        Ok(self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec()))
+        let mut answers = self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec());
+        for (j, (_, spring)) in (self.n_rows..).zip(&self.springs) {
+            answers[0][j] = force[j] / spring.stiffness;
+        }
+        Ok(answers)
     }
 
-    /// Displacement step of the leading body of each end's pair (`lead`, given on multiplier ends): the forces, N, with
-    /// which it resists being pushed inwards by `inward` on the active rows. Collective on the roots.
-    pub fn displacement_step(&mut self, inward: &[f64], active: &[bool], lead: &[Lead]) -> Result<Vec<f64>> {
+    /// Displacement step: the forces, N, with which the bodies resist being pushed inwards by `inward` on the active rows,
+    /// each by its share of it and counting by its share (`share`, given on multiplier ends): the sum of D S D over the
+    /// bodies, D being a body's shares of its rows. Collective on the roots.
+    pub fn displacement_step(
+        &mut self,
+        inward: &[f64],
+        active: &[bool],
+        share: &[Share],
+    ) -> Result<Vec<f64>> {
         let flags: Vec<f64> = active.iter().map(|a| f64::from(u8::from(*a))).collect();
-        self.ask_leaders([inward, &flags], lead, |body, inward, flags, _| {
+        let mut forces = self.ask([inward, &flags], share, |body, inward, flags, _| {
             let active: Vec<bool> = flags.iter().map(|f| *f > 0.5).collect();
             match active.contains(&true) {
                 true => body.displacement_step(inward, &active),
                 false => Ok(vec![0.0; active.len()]),
             }
-        })
+        })?;
+        for (j, (_, spring)) in (self.n_rows..).zip(&self.springs) {
+            forces[j] = spring.stiffness * inward[j];
+        }
+        Ok(forces)
     }
 
-    /// Unilateral displacement step of the leading bodies: each alone against the others held fast, which leave it the
-    /// gaps `gap`, while the rows that it does not lead carry the forces `held`. Not a number where a body has no answer.
-    /// Collective on the roots.
-    pub fn unilateral_step(&mut self, gap: &[f64], held: &[f64], lead: &[Lead]) -> Result<Vec<f64>> {
+    /// Unilateral displacement step of the bodies with the larger shares: each alone against the others held fast, which leave it the
+    /// gaps `gap`, while the rows that it does not lead carry the forces `held`, and so do the springs. Not a number where a
+    /// body has no answer. Collective on the roots.
+    pub fn unilateral_step(&mut self, gap: &[f64], held: &[f64], share: &[Share]) -> Result<Vec<f64>> {
+        let lead: Vec<Share> = share.iter().map(|s| if *s >= 0.5 { 1.0 } else { 0.0 }).collect();
         // Both sides know the forces held, whoever leads.
         let out: Vec<Vec<f64>> = self.ranges.iter().map(|range| held[range.clone()].to_vec()).collect();
         let received = self.exchange.swap(&out);
@@ -135,9 +155,10 @@ impl<'a, B: Respond> Coupling<'a, B> {
             let values = if end.multiplier { &out[i] } else { &received[i] };
             on_bodies[end.body][end.rows.clone()].copy_from_slice(values);
         }
+        let held_springs = held[self.n_rows..].to_vec();
         let ones = vec![1.0; self.n];
         let mut on_bodies = on_bodies.into_iter();
-        self.ask_leaders([gap, &ones], lead, |body, gap, flags, chosen| {
+        let mut forces = self.ask([gap, &ones], &lead, |body, gap, flags, chosen| {
             let held = on_bodies.next().unwrap_or_default();
             if !chosen {
                 return Ok(vec![f64::NAN; gap.len()]);
@@ -145,53 +166,62 @@ impl<'a, B: Respond> Coupling<'a, B> {
             let flags: Vec<bool> = flags.iter().map(|f| *f > 0.5).collect();
             let answer = body.unilateral_step(gap, &flags, &held)?;
             Ok(answer.unwrap_or_else(|| vec![f64::NAN; gap.len()]))
-        })
+        })?;
+        forces[self.n_rows..].copy_from_slice(&held_springs);
+        Ok(forces)
     }
 
-    /// A step that the leading body of each pair makes: it gets two values per row (zero on rows that it does not
-    /// lead) and whether it leads any, and answers with forces.
-    fn ask_leaders(
+    /// A step of all bodies that have a share: per row they get the first value times their share (zero where they have
+    /// none) and the second one, and whether they have any share; their answers count by the shares.
+    fn ask(
         &mut self,
         values: [&[f64]; 2],
-        lead: &[Lead],
+        share: &[Share],
         mut step: impl FnMut(&mut B, &[f64], &[f64], bool) -> Result<Vec<f64>>,
     ) -> Result<Vec<f64>> {
         self.steps.displacement += 1;
-        // A mortar end is asked by a message of values; an empty one asks for nothing.
-        let ask = |i: usize, end: &End| {
+        let given = |i: usize, share: Share| -> [Vec<f64>; 2] {
             let range = self.ranges[i].clone();
-            match end.multiplier && lead[i] == Lead::Mortar {
-                true => values.iter().flat_map(|v| v[range.clone()].to_vec()).collect(),
-                false => Vec::new(),
-            }
+            [values[0][range.clone()].iter().map(|v| share * v).collect(), values[1][range].to_vec()]
+        };
+        // A mortar end is asked by a message of values; an empty one asks for nothing.
+        let ask = |i: usize, end: &End| match end.multiplier && share[i] < 1.0 {
+            true => given(i, 1.0 - share[i]).concat(),
+            false => Vec::new(),
         };
         let out: Vec<Vec<f64>> = self.ends.iter().enumerate().map(|(i, end)| ask(i, end)).collect();
         let received = self.exchange.swap(&out);
-        let mut given: Vec<[Vec<f64>; 2]> =
+        let mut asked: Vec<[Vec<f64>; 2]> =
             self.bodies.iter().map(|b| [vec![0.0; b.n_rows()], vec![0.0; b.n_rows()]]).collect();
-        let mut leads = vec![false; self.bodies.len()];
+        let mut takes_part = vec![false; self.bodies.len()];
         for (i, end) in self.ends.iter().enumerate() {
             let n = end.rows.len();
-            let own = end.multiplier && lead[i] == Lead::Multiplier;
-            if !own && (end.multiplier || received[i].len() != 2 * n) {
+            let of_end = if end.multiplier && share[i] > 0.0 {
+                given(i, share[i])
+            } else if !end.multiplier && received[i].len() == 2 * n {
+                let (first, second) = received[i].split_at(n);
+                [first.to_vec(), second.to_vec()]
+            } else {
                 continue;
-            }
-            leads[end.body] = true;
-            for (k, given) in given[end.body].iter_mut().enumerate() {
-                let source =
-                    if own { &values[k][self.ranges[i].clone()] } else { &received[i][k * n..(k + 1) * n] };
-                given[end.rows.clone()].copy_from_slice(source);
+            };
+            takes_part[end.body] = true;
+            for (asked, of_end) in std::iter::zip(&mut asked[end.body], &of_end) {
+                asked[end.rows.clone()].copy_from_slice(of_end);
             }
         }
-        let answers = self.bodies.iter_mut().zip(std::iter::zip(&given, &leads));
+        let answers = self.bodies.iter_mut().zip(std::iter::zip(&asked, &takes_part));
         let answers =
-            answers.map(|(body, (v, leads))| step(body, &v[0], &v[1], *leads)).collect::<Result<Vec<_>>>();
+            answers.map(|(body, (v, part))| step(body, &v[0], &v[1], *part)).collect::<Result<Vec<_>>>();
         let answers = self.exchange.agree(answers)?;
         let [own, other] = self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec());
         let mut forces = vec![0.0; self.n];
         for (i, _) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
-            let source = if lead[i] == Lead::Multiplier { &own } else { &other };
-            forces[self.ranges[i].clone()].copy_from_slice(&source[self.ranges[i].clone()]);
+            let s = share[i];
+            // A side without a share has no answer, which may not be a number.
+            let counted = |share: f64, answer: f64| if share > 0.0 { share * answer } else { 0.0 };
+            for j in self.ranges[i].clone() {
+                forces[j] = counted(s, own[j]) + counted(1.0 - s, other[j]);
+            }
         }
         Ok(forces)
     }

@@ -21,8 +21,8 @@ pub mod weights;
 pub use active_set::{ActiveSet, Limits};
 pub use alternation::{Alternation, Outcome, Settings};
 pub use coarse::{Coarse, Projector};
-pub use coupling::{Coupling, End, Lead, PairRows, Steps};
-pub use respond::Respond;
+pub use coupling::{Coupling, End, PairRows, Share, Steps};
+pub use respond::{Respond, Spring};
 pub use side::{ContactNode, Side};
 pub use verdict::{Reason, Watch};
 

@@ -1,8 +1,20 @@
 //! A body as the active-set driver sees it: contact rows, and how it answers forces and displacements on them.
 use crate::error::Result;
 
+/// A spring that resists a free mode: a soft mode's own stiffness, stiffness x lever^2, N/m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spring {
+    /// Which of the body's modes.
+    pub mode: usize,
+    /// Its travel for a mode of amplitude 1, m.
+    pub lever: f64,
+    /// N/m.
+    pub stiffness: f64,
+}
+
 /// A body's answer on its contact rows. Its outward row displacements are w = free - C R + sum_k modes_k alpha_k, m,
-/// with the compressive row forces R, N, the compliance C, and the amplitudes alpha of its free rigid modes.
+/// with the compressive row forces R, N, the compliance C, and the amplitudes alpha of its free modes: rigid ones, and soft
+/// ones that a spring resists.
 ///
 /// All vectors have one entry per row of the body. The two steps are collective on the body's rank group.
 pub trait Respond {
@@ -29,9 +41,17 @@ pub trait Respond {
         Ok(None)
     }
 
-    /// Row displacements of each free rigid mode (modes x rows), m.
+    /// Row displacements of each free mode (modes x rows), m.
     fn modes(&self) -> &[Vec<f64>];
 
-    /// Work of the body's loads on each free rigid mode, J.
+    /// Work of the body's loads on each free mode, J.
     fn mode_work(&self) -> &[f64];
+
+    /// Sum of the absolute works of the loads' nodal forces on each free mode, J: what round-off is measured against.
+    fn mode_scale(&self) -> &[f64];
+
+    /// The springs of the soft modes; none of a rigid one.
+    fn springs(&self) -> &[Spring] {
+        &[]
+    }
 }

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     body::{Body, LoadFactors, Response, ResponseKind},
-    case::{Case, ContactGeometry, ResponseCase},
+    case::{BodyRef, Case, ContactGeometry, ResponseCase},
     contact::{Row, vector::dot},
     error::Result,
     output::{HistoryRow, Reason},
@@ -64,6 +64,30 @@ pub(super) struct Nodal {
     pub displacement: Vec<f64>,
 }
 
+/// How soft a mode has to be to join the coarse space: in a chain of bodies, where it carries over what happens at one
+/// contact to the next, and elsewhere, where it only spares the compliance its round-off.
+const SOFT: [f64; 2] = [2.0, 0.1];
+
+/// [`SOFT`] of a body.
+fn softness(case: &Case, body: usize) -> f64 {
+    let own = BodyRef::Deformable(body);
+    let pairs = case.contacts.iter().filter(|c| c.surfaces.iter().any(|s| s.body == own));
+    let in_chain = pairs.flat_map(|c| &c.surfaces).any(|s| case.pairs_of(s.body) > 1);
+    SOFT[usize::from(!in_chain)]
+}
+
+/// Number of each of this rank's bodies' first free mode among those of all bodies, and how many there are. Collective.
+fn number_modes(case: &Case, plan: &Plan, bodies: &[Body]) -> (Vec<usize>, usize) {
+    let groups = &plan.groups;
+    let mut counts = vec![0.0; case.bodies.len()];
+    if groups.is_root() {
+        std::iter::zip(groups.bodies(), bodies).for_each(|(&b, body)| counts[b] = body.n_modes() as f64);
+    }
+    let counts = parallel::sum(&groups.world, &counts);
+    let before = |b: usize| counts[..b].iter().sum::<f64>() as usize;
+    (groups.bodies().iter().map(|&b| before(b)).collect(), before(counts.len()))
+}
+
 impl Active {
     /// Meshes are there; finds the rows, assembles and factorises. Collective.
     pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Active> {
@@ -94,7 +118,8 @@ impl Active {
         agree(&groups.world, built)?;
         let start = Instant::now();
         let (mut bodies, mut responses) = (Vec::new(), Vec::new());
-        let factorised = assembled.into_iter().enumerate().try_for_each(|(i, body)| {
+        let factorised = assembled.into_iter().enumerate().try_for_each(|(i, mut body)| {
+            body.split_soft_modes(softness(case, groups.bodies()[i]));
             let mut body = body.factorise(&groups.group)?;
             let rows =
                 contacts.as_mut().map_or_else(Vec::new, |c| std::mem::take(&mut c.shares.body_rows[i]));
@@ -104,16 +129,8 @@ impl Active {
         });
         agree(&groups.world, factorised)?;
         clock.factorise = start.elapsed().as_secs_f64();
-        let mut counts = vec![0.0; case.bodies.len()];
-        if groups.is_root() {
-            std::iter::zip(groups.bodies(), &bodies)
-                .for_each(|(&b, body)| counts[b] = body.free.modes.len() as f64);
-        }
-        let counts = parallel::sum(&groups.world, &counts);
-        let before = |b: usize| counts[..b].iter().sum::<f64>() as usize;
-        let first_mode = groups.bodies().iter().map(|&b| before(b)).collect();
-        let n_modes = before(counts.len());
         let geometry = Geometry::default();
+        let (first_mode, n_modes) = number_modes(case, plan, &bodies);
         Ok(Active { bodies, responses, contacts, first_mode, n_modes, geometry, clock })
     }
 
@@ -132,6 +149,10 @@ impl Active {
                 body.reload(group, response)
             });
         agree(&plan.groups.world, loaded)?;
+        if step.number > 1 {
+            // A stiffness that varies with the temperature may have other soft modes.
+            (self.first_mode, self.n_modes) = number_modes(case, plan, &self.bodies);
+        }
         let updated = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
         let mut geometry = std::mem::take(&mut self.geometry);
         let mut found = Found::none();
@@ -236,20 +257,20 @@ impl Active {
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
         let world = &step.plan.groups.world;
-        let scale: Vec<Vec<f64>> = self.bodies.iter().map(Body::mode_scale).collect();
+        let counts: Vec<usize> = self.bodies.iter().map(Body::n_modes).collect();
         let outcome = match &mut self.contacts {
             None => {
                 let served = self.responses.iter_mut().try_for_each(Response::serve);
                 served.map(|()| (Found::none(), Solution::default()))
             }
             Some(contacts) => {
-                let names = |b: usize, k: usize| self.bodies[b].free.modes[k].name.clone();
+                let names = |b: usize, k: usize| self.bodies[b].mode_name(k);
                 let task = Task {
                     step: *step,
                     geometry,
                     first_mode: &self.first_mode,
                     n_modes: self.n_modes,
-                    scale: &scale,
+                    counts: &counts,
                     names: &names,
                 };
                 let outcome = contacts.solve(&task, &mut self.responses, progress);

@@ -48,9 +48,10 @@ pub(super) struct Solution {
 pub(super) struct Task<'t, 'e> {
     pub step: Step<'t, 'e>,
     pub geometry: &'t Geometry,
+    /// First mode and number of modes of each of this rank's bodies.
     pub first_mode: &'t [usize],
+    pub counts: &'t [usize],
     pub n_modes: usize,
-    pub scale: &'t [Vec<f64>],
     pub names: &'t dyn Fn(usize, usize) -> String,
 }
 
@@ -207,7 +208,7 @@ impl Contacts {
         let mut coupling = Coupling::new(responses, &self.shares.ends, exchange);
         let scaling: Vec<f64> =
             rows.iter().flat_map(|rows| std::iter::repeat_n(rows.stiffness, rows.gap.len())).collect();
-        let coarse = Coarse::new(&coupling, task.n_modes, task.first_mode, task.scale, scaling);
+        let coarse = Coarse::new(&coupling, task.n_modes, task.first_mode, scaling);
         let limits = Limits {
             tolerance: case.alternation.tolerance,
             max_alternations: case.alternation.max_alternations,
@@ -233,7 +234,7 @@ impl Contacts {
         (found.force_steps, found.displacement_steps) =
             (driver.coupling.steps.force as u64, driver.coupling.steps.displacement as u64);
         for (b, &first) in task.first_mode.iter().enumerate() {
-            let n = task.scale[b].len();
+            let n = task.counts[b];
             for k in free.iter().filter(|k| (first..first + n).contains(k)) {
                 let body = plan.groups.bodies()[b];
                 found.free_modes.push(format!("{}\t{}", case.bodies[body].name, (task.names)(b, k - first)));
@@ -250,7 +251,7 @@ impl Contacts {
         }
         let (force, alpha, active) = (driver.force.clone(), driver.alpha.clone(), driver.active.clone());
         let ranges = driver.coupling.ranges.clone();
-        self.warm = Some(force.clone());
+        self.warm = Some(force[..driver.coupling.n_rows].to_vec());
         // Mortar ends learn the row forces.
         let out: Vec<Vec<f64>> = ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
         let received = exchange.swap(&out);
@@ -265,8 +266,8 @@ impl Contacts {
                 .map(|v| v.as_slice().to_vec())
                 .collect(),
             force: responses.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
-            alpha: std::iter::zip(task.first_mode, task.scale)
-                .map(|(&f, s)| alpha[f..f + s.len()].to_vec())
+            alpha: std::iter::zip(task.first_mode, task.counts)
+                .map(|(&f, &count)| alpha[f..f + count].to_vec())
                 .collect(),
         };
         for (i, end) in self.shares.ends.iter().enumerate() {
@@ -338,7 +339,7 @@ fn unrestrained(task: &Task, coarse: &Coarse, motion: &[f64]) -> Error {
     let worst = (0..motion.len()).fold(0, |best, k| if share(k) > share(best) { k } else { best });
     let own = task.first_mode.iter().enumerate().find(|(b, first)| {
         let first = **first;
-        (first..first + task.scale[*b].len()).contains(&worst)
+        (first..first + task.counts[*b]).contains(&worst)
     });
     let named = match own {
         // Another rank has the body.

@@ -190,6 +190,7 @@ impl Shares {
                     stiffness: thickness / (1.0 / data.moduli[0] + 1.0 / data.moduli[1]),
                     compliance_ratio: data.moduli[1] / data.moduli[0],
                     mortar_is_coarse: data.mortar_nodes < data.rows.len(),
+                    in_chain: case.contacts[pair].surfaces.iter().any(|s| case.pairs_of(s.body) > 1),
                 },
                 false => PairRows::default(),
             });
