@@ -98,7 +98,12 @@ impl System {
             };
             let (interface, soft) = agree(group, factor.map_err(failed))?.unzip();
             cost.add(|c| c.interface += start.elapsed().as_secs_f64());
-            Answer::Condensed(Box::new(Condensate { interior, interface, soft: soft.unwrap_or_default(), dofs }))
+            Answer::Condensed(Box::new(Condensate {
+                interior,
+                interface,
+                soft: soft.unwrap_or_default(),
+                dofs,
+            }))
         } else {
             let ksp = Ksp::new(group, &matrix, &setting.prefix)?;
             ksp.set_up().map_err(failed)?;

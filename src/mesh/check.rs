@@ -1,6 +1,6 @@
 //! Refuses meshes on which a computation would fail or give nonsense.
 use super::Mesh;
-use crate::element::load_rule;
+use crate::element::{MAX_NODES, load_rule};
 use crate::error::{Error, Result};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
@@ -49,8 +49,13 @@ fn edges(mesh: &Mesh, number: usize) -> Result<()> {
     let cell = &mesh.cells[number];
     let size = extent(cell.nodes().iter().map(|&n| &mesh.points[n as usize]));
     for side in 0..cell.kind.facets().len() as u8 {
-        let nodes: Vec<u32> = cell.facet_nodes(side).collect();
-        let p: Vec<[f64; 3]> = nodes.iter().map(|&n| mesh.points[n as usize]).collect();
+        // Two ends and, of a quadratic cell, the mid-side node.
+        let (mut nodes, mut n_nodes) = ([0; 3], 0);
+        for (slot, node) in std::iter::zip(&mut nodes, cell.facet_nodes(side)) {
+            *slot = node;
+            n_nodes += 1;
+        }
+        let p = nodes.map(|n| mesh.points[n as usize]);
         let along = [p[1][0] - p[0][0], p[1][1] - p[0][1]];
         let square = along[0] * along[0] + along[1] * along[1];
         // Also refuses coordinates that are not numbers.
@@ -60,7 +65,7 @@ fn edges(mesh: &Mesh, number: usize) -> Result<()> {
                 place(mesh, nodes[0])
             )));
         }
-        if let Some(mid) = p.get(2) {
+        if let Some(mid) = p[..n_nodes].get(2) {
             let fraction = ((mid[0] - p[0][0]) * along[0] + (mid[1] - p[0][1]) * along[1]) / square;
             if !(1.0 / 3.0..=2.0 / 3.0).contains(&fraction) {
                 return Err(Error::input(format!(
@@ -78,7 +83,9 @@ fn edges(mesh: &Mesh, number: usize) -> Result<()> {
 /// The map from the reference element is positive at nodes and integration points.
 fn jacobian(mesh: &Mesh, number: usize) -> Result<()> {
     let cell = &mesh.cells[number];
-    let x: Vec<[f64; 3]> = cell.nodes().iter().map(|&n| mesh.points[n as usize]).collect();
+    let mut x = [[0.0; 3]; MAX_NODES];
+    std::iter::zip(&mut x, cell.nodes()).for_each(|(x, &n)| *x = mesh.points[n as usize]);
+    let x = &x[..cell.nodes().len()];
     let size = extent(x.iter());
     let integration = load_rule(cell.kind).iter().map(|point| &point.xi);
     for xi in cell.kind.node_coordinates().iter().chain(integration) {

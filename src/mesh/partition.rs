@@ -108,7 +108,7 @@ mod tests {
         let mut sub = Mesh { dim: 2, points: mesh.points.clone(), ..Mesh::default() };
         sub.cells =
             mesh.cells.iter().zip(owner).filter(|(_, o)| **o == part).map(|(c, _)| c.clone()).collect();
-        let mut sides = std::collections::HashMap::new();
+        let mut sides = rustc_hash::FxHashMap::default();
         let mut reached = vec![false; sub.cells.len()];
         for (ends, facet) in sub.sides() {
             sides.entry(ends).or_insert_with(Vec::new).push(facet.cell as usize);

@@ -1,7 +1,8 @@
 //! A net of quadrilaterals, and how it becomes a mesh of one element kind.
 use crate::element::ElementKind;
 use crate::mesh::{Cell, Facet, Mesh};
-use std::collections::{BTreeMap, HashMap};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 
 /// An edge: its two corner nodes, smaller number first.
 type Edge = (u32, u32);
@@ -17,7 +18,7 @@ pub struct Net {
     /// Corners counter-clockwise.
     quads: Vec<Quad>,
     /// How far the middle of a curved edge lies from the middle of its ends.
-    bulges: HashMap<Edge, [f64; 2]>,
+    bulges: FxHashMap<Edge, [f64; 2]>,
     /// Named surfaces by their edges.
     surfaces: BTreeMap<&'static str, Vec<Edge>>,
 }
@@ -82,8 +83,12 @@ impl Net {
 
     /// The mesh of this net.
     pub fn into_mesh(self, kind: ElementKind) -> Mesh {
-        let mut build =
-            Build { net: &self, kind, mesh: Mesh { dim: 2, ..Mesh::default() }, numbers: HashMap::new() };
+        let mut build = Build {
+            net: &self,
+            kind,
+            mesh: Mesh { dim: 2, ..Mesh::default() },
+            numbers: FxHashMap::default(),
+        };
         for quad in &self.quads {
             let [a, b, c, d] = quad.corners;
             match (kind, quad.rising) {
@@ -122,7 +127,7 @@ struct Build<'a> {
     kind: ElementKind,
     mesh: Mesh,
     /// Mesh node of a corner (a, a) or an edge (a, b) of the net.
-    numbers: HashMap<Edge, u32>,
+    numbers: FxHashMap<Edge, u32>,
 }
 
 impl Build<'_> {
@@ -157,7 +162,7 @@ impl Build<'_> {
     }
 
     fn surfaces(&mut self) {
-        let facets: HashMap<Edge, Facet> = self.mesh.sides().collect();
+        let facets: FxHashMap<Edge, Facet> = self.mesh.sides().collect();
         for (name, edges) in &self.net.surfaces {
             let number = |corner: u32| self.numbers[&(corner, corner)];
             let list = edges.iter().map(|&(a, b)| facets[&edge(number(a), number(b))]).collect();

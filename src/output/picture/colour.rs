@@ -1,6 +1,9 @@
 //! Colour maps with even steps to the eye.
 use super::raster::Rgb;
 
+/// Where there is no value.
+const NO_VALUE: Rgb = [190, 190, 190];
+
 /// How values become colours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ColourScale {
@@ -36,7 +39,7 @@ impl ColourScale {
     /// Colour of a value; grey where there is none.
     pub fn colour(&self, value: f64) -> Rgb {
         if !value.is_finite() {
-            return [190, 190, 190];
+            return NO_VALUE;
         }
         if self.diverging {
             let size = self.high.max(-self.low);
@@ -44,6 +47,33 @@ impl ColourScale {
         } else {
             blend(&SEQUENTIAL, (value - self.low) / (self.high - self.low))
         }
+    }
+}
+
+/// Steps of a [`Palette`]: finer than a bitmap's 8 bits can show.
+const STEPS: usize = 2048;
+
+/// A colour scale as a table.
+pub(super) struct Palette {
+    low: f64,
+    per_value: f64,
+    colours: Vec<Rgb>,
+}
+
+impl Palette {
+    /// From the low to the high end, and as far beyond 0 where the scale diverges.
+    pub fn new(scale: &ColourScale) -> Palette {
+        let size = scale.high.max(-scale.low);
+        let [low, high] = if scale.diverging { [-size, size] } else { [scale.low, scale.high] };
+        let step = (high - low) / (STEPS - 1) as f64;
+        let colours = (0..STEPS).map(|i| scale.colour(low + i as f64 * step)).collect();
+        Palette { low, per_value: 1.0 / step, colours }
+    }
+
+    /// Colour of a value; grey where there is none.
+    pub fn colour(&self, value: f64) -> Rgb {
+        let place = (value - self.low) * self.per_value + 0.5;
+        if place.is_finite() { self.colours[(place.max(0.0) as usize).min(STEPS - 1)] } else { NO_VALUE }
     }
 }
 
@@ -102,6 +132,21 @@ mod tests {
         assert_eq!(scale.colour(-4.0), [5, 48, 97]);
         // As far from white as -1, not as -4.
         assert!(scale.colour(1.0)[2] > 150);
+    }
+
+    #[test]
+    fn a_palette_is_its_scale() {
+        for scale in [
+            ColourScale { low: -4.0, high: 1.0, diverging: true },
+            ColourScale { low: 2.0, high: 5.0, diverging: false },
+        ] {
+            let palette = Palette::new(&scale);
+            for value in (-50..=60).map(|i| 0.1 * f64::from(i)) {
+                let pair = std::iter::zip(palette.colour(value), scale.colour(value));
+                assert!(pair.into_iter().all(|(a, b)| a.abs_diff(b) <= 1), "{value}");
+            }
+            assert_eq!(palette.colour(f64::NAN), NO_VALUE);
+        }
     }
 
     #[test]

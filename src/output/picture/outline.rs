@@ -1,6 +1,6 @@
 //! Edges of the cells, each once, and which of them bound a body.
 use crate::output::Piece;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// An edge as the polyline it is drawn as: two ends, or two ends and a point between.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,17 +21,23 @@ impl Edge {
 /// All edges of the grid. The partitions have their own copies of the nodes they share: nodes of the same
 /// body at the same place are one, or the seams between ranks would be drawn as outlines.
 pub(super) fn edges(piece: &Piece) -> Vec<Edge> {
-    let mut first_at = HashMap::new();
-    let mut edges: HashMap<[u32; 2], Edge> = HashMap::with_capacity(2 * piece.cells.len());
+    let mut first_at = FxHashMap::default();
+    let mut same = vec![u32::MAX; piece.points.len()];
     for (cell, &body) in piece.cells.iter().zip(&piece.cell_bodies) {
-        for facet in cell.kind.facets() {
-            let node = |k: usize| cell.nodes()[facet[k]];
-            let mut same = |node: u32| {
+        for &node in cell.nodes().iter().take(cell.kind.n_corners()) {
+            if same[node as usize] == u32::MAX {
                 // `+ 0.0` makes -0 and 0 one number.
                 let place = piece.points[node as usize].map(|x| (x + 0.0).to_bits());
-                *first_at.entry((body, place)).or_insert(node)
-            };
-            let mut key = [same(node(0)), same(node(1))];
+                same[node as usize] = *first_at.entry((body, place)).or_insert(node);
+            }
+        }
+    }
+    let mut edges: FxHashMap<[u32; 2], Edge> = FxHashMap::default();
+    edges.reserve(2 * piece.cells.len());
+    for cell in &piece.cells {
+        for facet in cell.kind.facets() {
+            let node = |k: usize| cell.nodes()[facet[k]];
+            let mut key = [same[node(0) as usize], same[node(1) as usize]];
             key.sort_unstable();
             let edge = match facet.len() {
                 2 => Edge { nodes: [node(0), node(1), 0], n_nodes: 2, outer: true },

@@ -1,5 +1,5 @@
 //! A bitmap with triangles, lines and smooth edges: hundreds of thousands of cells in a second.
-use super::colour::ColourScale;
+use super::colour::Palette;
 
 /// Red, green, blue.
 pub(super) type Rgb = [u8; 3];
@@ -26,7 +26,7 @@ impl Canvas {
     }
 
     /// Fills a triangle, the value linear in it.
-    pub fn triangle(&mut self, corners: [Pixel; 3], values: [f64; 3], scale: &ColourScale) {
+    pub fn triangle(&mut self, corners: [Pixel; 3], values: [f64; 3], palette: &Palette) {
         let [a, b, c] = corners.map(|p| p.map(|x| x * FINE as f64));
         let area = cross(a, b, c);
         // Not finite, or seen from its edge.
@@ -36,14 +36,22 @@ impl Canvas {
         let (low, high) =
             ([0, 1].map(|k| a[k].min(b[k]).min(c[k])), [0, 1].map(|k| a[k].max(b[k]).max(c[k])));
         let columns = span(low[0], high[0], self.width);
+        if columns.is_empty() {
+            return;
+        }
+        // Barycentric coordinates along a row: w + t dw.
+        let dw = [(b, c), (c, a), (a, b)].map(|(p, q)| (p[1] - q[1]) / area);
+        let dvalue = dw[0] * values[0] + dw[1] * values[1] + dw[2] * values[2];
         for row in span(low[1], high[1], self.height) {
-            for column in columns.clone() {
-                let p = [column as f64 + 0.5, row as f64 + 0.5];
-                let w = [cross(b, c, p) / area, cross(c, a, p) / area, cross(a, b, p) / area];
+            let p = [columns.start as f64 + 0.5, row as f64 + 0.5];
+            let w = [cross(b, c, p) / area, cross(c, a, p) / area, cross(a, b, p) / area];
+            let value = w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
+            let pixels = &mut self.pixels[row * self.width..][columns.clone()];
+            for (t, pixel) in pixels.iter_mut().enumerate() {
+                let t = t as f64;
                 // A little more than the triangle: no gap between neighbours.
-                if w.iter().all(|&w| w >= -1e-9) {
-                    let value = w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
-                    self.pixels[row * self.width + column] = scale.colour(value);
+                if (0..3).all(|k| w[k] + t * dw[k] >= -1e-9) {
+                    *pixel = palette.colour(value + t * dvalue);
                 }
             }
         }
@@ -163,13 +171,16 @@ fn mix(old: u8, new: u8, opacity: f64) -> u8 {
 mod tests {
     use super::*;
 
+    use crate::output::picture::colour::ColourScale;
+
     const SCALE: ColourScale = ColourScale { low: 0.0, high: 1.0, diverging: false };
 
     #[test]
     fn triangles_cover_their_area_and_nothing_else() {
         let mut canvas = Canvas::new(20, 10);
-        canvas.triangle([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0]], [1.0; 3], &SCALE);
-        canvas.triangle([[-1e9, 3.0], [f64::NAN, 0.0], [4.0, 4.0]], [0.5; 3], &SCALE);
+        let palette = Palette::new(&SCALE);
+        canvas.triangle([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0]], [1.0; 3], &palette);
+        canvas.triangle([[-1e9, 3.0], [f64::NAN, 0.0], [4.0, 4.0]], [0.5; 3], &palette);
         let filled = canvas.pixels.iter().filter(|&&p| p != [255; 3]).count() as f64 / (FINE * FINE) as f64;
         assert!((filled - 50.0).abs() < 3.0, "{filled}");
         let rgb = canvas.into_rgb();

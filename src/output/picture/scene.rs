@@ -1,5 +1,5 @@
 //! What the picture of the bodies shows: deformed cells with a stress at each node.
-use super::colour::ColourScale;
+use super::colour::{ColourScale, Palette};
 use super::outline::{Edge, edges};
 use super::raster::{Canvas, Rgb};
 use super::scale::round_near;
@@ -77,12 +77,13 @@ impl<'a> Scene<'a> {
     /// Draws all of it.
     pub fn paint(&self, view: &View, magnification: f64, scale: &ColourScale) -> Canvas {
         let mut canvas = Canvas::new(view.pixels[0], view.pixels[1]);
+        let palette = Palette::new(scale);
         let at = |node: u32| self.place(node as usize, magnification);
         let mut visible = 0;
         for cell in &self.piece.cells {
             if view.window.sees(cell.nodes().iter().map(|&node| at(node))) {
                 visible += 1;
-                self.paint_cell(&mut canvas, view, magnification, scale, cell);
+                self.paint_cell(&mut canvas, view, magnification, &palette, cell);
             }
         }
         if visible < EDGES_BELOW {
@@ -107,7 +108,7 @@ impl<'a> Scene<'a> {
         canvas: &mut Canvas,
         view: &View,
         magnification: f64,
-        scale: &ColourScale,
+        palette: &Palette,
         cell: &crate::mesh::Cell,
     ) {
         let corner =
@@ -124,7 +125,7 @@ impl<'a> Scene<'a> {
         let (middle, value) = middle(&rim, cell.kind.n_corners());
         for (i, &(a, stress_a)) in rim.iter().enumerate() {
             let (b, stress_b) = rim[(i + 1) % rim.len()];
-            canvas.triangle([a, b, middle], [stress_a, stress_b, value], scale);
+            canvas.triangle([a, b, middle], [stress_a, stress_b, value], palette);
         }
     }
 
