@@ -141,6 +141,9 @@ pub struct BodyCase {
     pub name: String,
     /// Where its mesh comes from.
     pub geometry: Geometry,
+    /// Cells of it to cut into four, then cells of the finer mesh, and so on: what adaptive refinement adds. None in a
+    /// case as read.
+    pub cuts: Vec<Vec<u32>>,
     /// Element formulation; `None` means each element kind's default.
     pub formulation: Option<Formulation>,
     /// Its material.
