@@ -156,13 +156,15 @@ fn the_order_of_convergence_is_kept() {
                 });
                 off.fold(0.0, f64::max)
             };
-            let [plain, hanging] = [0, 2].map(|rounds| [8, 16].map(|n| error(n, rounds)));
+            let quadratic = matches!(kind, "tri6" | "quad8");
+            let sizes = if quadratic { [8, 16] } else { [16, 32] };
+            let [plain, hanging] = [0, 2].map(|rounds| sizes.map(|n| error(n, rounds)));
             if world.rank() == 0 {
                 let order = |e: [f64; 2]| (e[0] / e[1]).log2();
-                let quadratic = matches!(kind, "tri6" | "quad8");
                 println!("{kind}: {plain:?} {hanging:?}");
-                assert!(order(plain) > if quadratic { 2.8 } else { 1.6 }, "{kind}: {plain:?}");
-                assert!(order(hanging) > order(plain) - 0.25, "{kind}: {plain:?} {hanging:?}");
+                // Uniform meshes of a ring do better than 3 and 2 can be asked for.
+                let least = if quadratic { 2.7 } else { 1.7 };
+                assert!(order(plain) > least && order(hanging) > least, "{kind}: {plain:?} {hanging:?}");
             }
         }
     });

@@ -64,6 +64,29 @@ pub struct Summary {
     pub warnings: Vec<String>,
     /// What went wrong, where, and what to do about it; empty if the result is a solution.
     pub diagnosis: Vec<String>,
+    /// Rounds of adaptive refinement; only if it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adapt: Option<Vec<AdaptRound>>,
+    /// True if the last round's estimate is below the target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adapt_reached: Option<bool>,
+}
+
+/// A solve of an adaptive run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct AdaptRound {
+    /// Unknowns of all bodies, those that hang included.
+    pub dofs: u64,
+    /// Estimated error in the energy norm, relative.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub energy: f64,
+    /// Of the peak contact pressure; absent if nothing touches.
+    #[serde(skip_serializing_if = "absent")]
+    pub contact_pressure: Option<f64>,
+    /// Alternations made.
+    pub alternations: u64,
+    /// Wall seconds.
+    pub seconds: f64,
 }
 
 /// Estimated discretisation error of the whole, relative.
@@ -420,6 +443,8 @@ mod tests {
             peak_memory_mb: 12.5,
             warnings: vec![],
             diagnosis: vec![],
+            adapt: None,
+            adapt_reached: None,
         }
     }
 
