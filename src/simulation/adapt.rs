@@ -9,15 +9,16 @@ use crate::{
     case::{Case, Driver, Temperature, Transfer},
     contact::{
         Surface,
-        vector::{dot, norm, sub},
+        vector::{combine, dot, norm, sub},
     },
     error::{Error, Result},
     estimate::Estimate,
+    mesh::Mesh,
     output::{AdaptRound, HistoryRow, Summary},
     parallel,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::{path::Path, str::FromStr, time::Instant};
+use std::{collections::HashMap, path::Path, str::FromStr, time::Instant};
 
 /// What is to be accurate, and how accurate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,6 +67,12 @@ const SHARE: f64 = 0.5;
 
 /// A facet is under a node that is nearer than this share of its length.
 const NEAR: f64 = 0.51;
+
+/// Neighbours on the surface up to so many lengths of a facet away are cut with it.
+const PAD: f64 = 3.1;
+
+/// A facet is as long as another from this share of its length on: a quarter less by grading, not half by a cut.
+const AS_LONG: f64 = 0.75;
 
 impl Quantity {
     /// Name on the command line.
@@ -249,7 +256,7 @@ fn mark(case: &Case, goal: Goal, solved: &Solved, world: &SimpleCommunicator) ->
         Quantity::Pressure => bulk(&error2, BULK_BESIDE_PRESSURE),
     };
     if goal.quantity == Quantity::Pressure {
-        let under = under_pressure(goal, solved, world, &first);
+        let under = under_pressure(goal, solved, world, &first, &marked);
         std::iter::zip(&mut marked, under).for_each(|(marked, under)| *marked |= under);
     }
     first
@@ -272,7 +279,15 @@ fn bulk(values: &[f64], share: f64) -> Vec<bool> {
 }
 
 /// The cells of both surfaces of each pair under the nodes whose pressure is wrong. Collective.
-fn under_pressure(goal: Goal, solved: &Solved, world: &SimpleCommunicator, first: &[usize]) -> Vec<bool> {
+///
+/// A contact pressure has a kink where the size of the facets changes: what is cut there takes its neighbours along.
+fn under_pressure(
+    goal: Goal,
+    solved: &Solved,
+    world: &SimpleCommunicator,
+    first: &[usize],
+    marked: &[bool],
+) -> Vec<bool> {
     let plan = &solved.plan;
     let mut under = vec![0.0; first[first.len() - 1]];
     for (p, pair) in solved.estimate().pairs.iter().enumerate() {
@@ -286,21 +301,13 @@ fn under_pressure(goal: Goal, solved: &Solved, world: &SimpleCommunicator, first
         let points = spread(world, &points);
         let ends = std::iter::zip(&plan.surfaces, &plan.ends);
         for (surface, &(_, _, b)) in ends.filter(|(_, end)| end.0 == p) {
-            let mesh = &plan.meshes[plan.place(b)];
-            let wanted = facets_under(surface, points.as_chunks().0);
-            let nodes = |f: usize| {
-                let ends = &surface.facets[f][..2];
-                [ends[0], ends[1]].map(|n| surface.nodes[n as usize])
-            };
-            let sides: std::collections::HashSet<[u32; 2]> = wanted.into_iter().map(nodes).collect();
-            for (c, cell) in mesh.cells.iter().enumerate() {
-                let has = (0..cell.kind.facets().len() as u8).any(|side| {
-                    let mut ends = cell.facet_nodes(side);
-                    matches!((ends.next(), ends.next()), (Some(a), Some(b)) if sides.contains(&[a, b]))
-                });
-                if has {
-                    under[first[b] + c] = 1.0;
-                }
+            let cells = cells_of(surface, &plan.meshes[plan.place(b)]);
+            let mut facets = facets_under(surface, points.as_chunks().0);
+            for (facet, cell) in std::iter::zip(&mut facets, &cells) {
+                *facet |= marked[first[b] + cell];
+            }
+            for (cell, padded) in std::iter::zip(cells, pad(surface, &facets)) {
+                under[first[b] + cell] = f64::from(u8::from(padded));
             }
         }
     }
@@ -315,12 +322,33 @@ fn spread(world: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
     parallel::sum(world, &all)
 }
 
+/// The cell of each facet of a surface.
+fn cells_of(surface: &Surface, mesh: &Mesh) -> Vec<usize> {
+    let ends = |facet: &Vec<u32>| [facet[0], facet[1]].map(|n| surface.nodes[n as usize]);
+    let place: HashMap<[u32; 2], usize> =
+        surface.facets.iter().enumerate().map(|(f, facet)| (ends(facet), f)).collect();
+    let mut cells = vec![0; surface.facets.len()];
+    for (c, cell) in mesh.cells.iter().enumerate() {
+        for side in 0..cell.kind.facets().len() as u8 {
+            let nodes: Vec<u32> = cell.facet_nodes(side).take(2).collect();
+            if let Some(&f) = place.get(&[nodes[0], nodes[1]]) {
+                cells[f] = c;
+            }
+        }
+    }
+    cells
+}
+
+/// Ends of a facet.
+fn ends(surface: &Surface, facet: usize) -> [[f64; 3]; 2] {
+    [0, 1].map(|k| surface.points[surface.facets[facet][k] as usize])
+}
+
 /// Facets of a surface that end in one of the points or pass as near it as any, but for half their length.
-fn facets_under(surface: &Surface, points: &[[f64; 3]]) -> Vec<usize> {
-    let end = |f: usize, k: usize| surface.points[surface.facets[f][k] as usize];
+fn facets_under(surface: &Surface, points: &[[f64; 3]]) -> Vec<bool> {
     // Distance and length.
     let to = |f: usize, x: &[f64; 3]| {
-        let (a, b) = (end(f, 0), end(f, 1));
+        let [a, b] = ends(surface, f);
         let (along, to) = (sub(&b, &a), sub(x, &a));
         let length = norm(&along);
         let t = (dot(&along, &to) / (length * length)).clamp(0.0, 1.0);
@@ -335,7 +363,24 @@ fn facets_under(surface: &Surface, points: &[[f64; 3]]) -> Vec<usize> {
             *under |= distance <= least + NEAR * length;
         }
     }
-    (0..under.len()).filter(|&f| under[f]).collect()
+    under
+}
+
+/// The facets with their neighbours that are as long, up to [`PAD`] lengths away.
+fn pad(surface: &Surface, facets: &[bool]) -> Vec<bool> {
+    let shape = |f: usize| {
+        let [a, b] = ends(surface, f);
+        (combine([(0.5, &a), (0.5, &b)]), norm(&sub(&b, &a)))
+    };
+    let shapes: Vec<([f64; 3], f64)> = (0..facets.len()).map(shape).collect();
+    let seeds: Vec<usize> = (0..facets.len()).filter(|&f| facets[f]).collect();
+    let near = |(center, length): &([f64; 3], f64)| {
+        seeds.iter().any(|&seed| {
+            let (at, size) = &shapes[seed];
+            *length > AS_LONG * size && norm(&sub(center, at)) <= PAD * size
+        })
+    };
+    std::iter::zip(facets, &shapes).map(|(seed, shape)| *seed || near(shape)).collect()
 }
 
 #[cfg(test)]

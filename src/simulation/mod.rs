@@ -64,9 +64,10 @@ pub fn run_and_estimate(
 
 /// A case that is solved, not written yet.
 struct Solved {
-    plan: Plan,
+    // Before the plan: factorisations end before their communicators.
     engine: Engine,
     run: Run,
+    plan: Plan,
 }
 
 impl Solved {
@@ -76,7 +77,7 @@ impl Solved {
         warn_of_unused_options(case, &plan.groups)?;
         let mut run = Run::default();
         run.all_steps(case, &plan, &mut engine, progress)?;
-        Ok(Solved { plan, engine, run })
+        Ok(Solved { engine, run, plan })
     }
 
     fn converged(&self) -> bool {
