@@ -12,6 +12,7 @@ mod pairs;
 mod plan;
 mod relaxed;
 mod rows;
+mod solved;
 mod text;
 
 pub use adapt::{Goal, Limits, Quantity, run_adaptive};
@@ -26,11 +27,10 @@ use crate::{
     contact::Surface,
     error::{Error, Result},
     estimate::{BodyError, Estimate, MultiplierSide},
-    output::{self, HistoryRow, LoadStep, Piece, Reason, ResultFile, RunInfo, State, StepSummary, Summary},
+    output::{self, HistoryRow, LoadStep, Piece, Reason, RunInfo, State, StepSummary, Summary},
     parallel::{self, Exchange, agree},
 };
 use active::{Active, Nodal};
-use adapt::Adapted;
 use checks::{checks, total, worst};
 use fields::{append, probe, start_fields};
 use found::Found;
@@ -38,6 +38,7 @@ use mpi::{topology::SimpleCommunicator, traits::*};
 use outline::outlines;
 use pairs::pair_results;
 use relaxed::Relaxed;
+use solved::Solved;
 use std::{path::Path, time::Instant};
 
 /// Runs a case and writes its results. Returns the summary (complete on world rank 0). Collective.
@@ -60,110 +61,6 @@ pub fn run_and_estimate(
     let start = Instant::now();
     output::prepare(world, directory)?;
     Solved::new(case, world, &mut progress)?.finish(case, world, directory, start, None)
-}
-
-/// A case that is solved, not written yet.
-struct Solved {
-    // Before the plan: factorisations end before their communicators.
-    engine: Engine,
-    run: Run,
-    plan: Plan,
-}
-
-impl Solved {
-    /// Solves all load steps. Collective.
-    fn new(case: &Case, world: &SimpleCommunicator, progress: &mut impl FnMut(&HistoryRow)) -> Result<Self> {
-        let (plan, mut engine) = Engine::new(case, world)?;
-        warn_of_unused_options(case, &plan.groups)?;
-        let mut run = Run::default();
-        run.all_steps(case, &plan, &mut engine, progress)?;
-        Ok(Solved { engine, run, plan })
-    }
-
-    fn converged(&self) -> bool {
-        self.run.reason.converged()
-    }
-
-    fn estimate(&self) -> &Estimate {
-        &self.run.estimate
-    }
-
-    fn alternations(&self) -> u64 {
-        self.run.counts[0]
-    }
-
-    /// Largest pressure of a pair after the last step, Pa.
-    fn max_pressure(&self, pair: usize) -> f64 {
-        self.run.steps.last().and_then(|step| step.pairs.get(pair)).map_or(0.0, |pair| pair.max_pressure)
-    }
-
-    /// Writes results, pictures and summary; `start`: of the whole run. Collective.
-    fn finish(
-        self,
-        case: &Case,
-        world: &SimpleCommunicator,
-        directory: &Path,
-        start: Instant,
-        adapted: Option<Adapted>,
-    ) -> Result<(Summary, Estimate)> {
-        let Solved { plan, engine, run } = self;
-        let writing = Instant::now();
-        let info = run.info(case, world);
-        let file = directory.join(output::RESULT);
-        let before = if case.steps.is_empty() { &[][..] } else { &run.before };
-        let result =
-            ResultFile { piece: &run.piece, pairs: &run.pairs, before, history: &run.history, run: &info };
-        remove_old_summary(world, directory)?;
-        output::write(world, &file, &result)?;
-        let drawn = if world.rank() == 0 { draw(case, &file, directory) } else { Ok(()) };
-        agree(world, drawn)?;
-        let clock = [writing.elapsed().as_secs_f64(), start.elapsed().as_secs_f64()];
-        let (mut summary, estimate) = run.summary(case, &plan, &engine, &info, clock);
-        if let Some(adapted) = adapted {
-            adapted.report(&mut summary);
-        }
-        let written =
-            if world.rank() == 0 { summary.write(&directory.join(output::SUMMARY)) } else { Ok(()) };
-        agree(world, written)?;
-        Ok((summary, estimate))
-    }
-}
-
-impl Run {
-    fn all_steps(
-        &mut self,
-        case: &Case,
-        plan: &Plan,
-        engine: &mut Engine,
-        progress: &mut impl FnMut(&HistoryRow),
-    ) -> Result<()> {
-        let world = &plan.groups.world;
-        let exchange = plan.exchange(case);
-        let one = case::StepCase {
-            name: None,
-            loads: 1.0,
-            supports: 1.0,
-            temperature: 1.0,
-            origin: Default::default(),
-        };
-        let steps = if case.steps.is_empty() { std::slice::from_ref(&one) } else { &case.steps[..] };
-        for (i, step) in steps.iter().enumerate() {
-            let alternating = Instant::now();
-            let on_rank_zero = |row: &HistoryRow| {
-                if world.rank() == 0 {
-                    progress(row);
-                }
-            };
-            let (found, nodal) = engine.step(case, plan, &exchange, i as u64 + 1, step, on_rank_zero)?;
-            self.alternate += alternating.elapsed().as_secs_f64();
-            self.finish_step(case, plan, engine.bodies(), found, &nodal, step)?;
-            // The steps after one that failed would start from nowhere.
-            if !self.reason.converged() {
-                break;
-            }
-        }
-        Ok(())
-    }
 }
 
 /// The driver of the case with all it works on.
