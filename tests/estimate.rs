@@ -149,8 +149,24 @@ fn hertz(runner: &Runner) {
     let locator = Locator::new(&reference.results.piece.points, &reference.results.piece.cells);
     let profile = |x: &[f64; 3]| P0 * (1.0 - (x[0] / A).powi(2)).max(0.0).sqrt();
     for element in ["quad4", "tri3", "quad8", "tri6"] {
-        for k in [1.0, 2.0, 4.0, 8.0, 16.0] {
-            let run = Solved::new(runner, &on_plane(element, k, 3.0));
+        for (k, far) in [
+            (0.5, 4.0),
+            (0.7, 4.0),
+            (1.0, 4.0),
+            (1.3, 4.0),
+            (1.6, 4.0),
+            (2.0, 3.0),
+            (2.5, 3.0),
+            (3.0, 3.0),
+            (3.6, 3.0),
+            (4.0, 2.0),
+            (5.0, 2.0),
+            (6.5, 2.0),
+            (8.0, 2.0),
+            (11.3, 1.0),
+            (16.0, 1.0),
+        ] {
+            let run = Solved::new(runner, &on_plane(element, k, far));
             let estimate = run.summary.error_estimate;
             let energy = run.energy_error(|_, x| reference.stress_at(&locator, x));
             let pressure = run.pressure_error(profile, P0);
