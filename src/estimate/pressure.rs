@@ -79,6 +79,16 @@ impl Chain {
         chain
     }
 
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.next.len()
+    }
+
+    /// True without nodes.
+    pub fn is_empty(&self) -> bool {
+        self.next.is_empty()
+    }
+
     /// Estimated errors of the pressures at the nodes that touch, Pa; zero elsewhere.
     pub fn errors(&self, pressure: &[f64], contact: &[Contact]) -> Vec<NodalPressure> {
         let mut errors = vec![NodalPressure::default(); pressure.len()];
