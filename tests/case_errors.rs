@@ -363,7 +363,7 @@ fn contacts() {
         (
             "[[contact]]",
             "[alternation]\ntolerance = \"automatic\"\n[[contact]]",
-            "'automatic' was given; there is: auto or a number",
+            "\"automatic\" was given; there is: auto or a number",
         ),
         ("[[contact]]", "[alternation]\nmax_alternations = 0\n[[contact]]", "an integer from 1"),
         ("[[contact]]", "[output]\nstress = \"mises\"\n[[contact]]", "'von Mises' is needed"),

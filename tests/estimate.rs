@@ -212,19 +212,37 @@ fn coarse_hertz(runner: &Runner) {
     }
 }
 
-/// Two cylinders on meshes that do not match, one five times as stiff: the peak pressure is 5/3 of that of two alike.
+/// Two cylinders on meshes that do not match, one five times as stiff, against a very fine mesh: the force is not known
+/// closely enough from theory.
 fn cylinders_that_do_not_match(runner: &Runner) {
-    let peak = P0 * 5.0 / 3.0;
-    for (element, k) in
-        [("quad8", [4.0, 3.0]), ("quad8", [8.0, 6.0]), ("tri6", [8.0, 6.0]), ("tri6", [4.0, 5.0])]
-    {
-        let text = cylinders(element, k, 2.0).replacen("material = \"steel\"", "material = \"hard\"", 1)
-            + "[material.hard]\nyoung = 1.05e12\npoisson = 0.3\n";
-        let run = Solved::new(runner, &text);
-        let measured = run.pressure_error(|x| profile(x) * 5.0 / 3.0, peak);
+    let fine = Solved::new(runner, &unequal_cylinders("quad8", [32.0, 24.0], 0.7));
+    let side = fine.multipliers();
+    let mut nodes: Vec<(f64, f64)> =
+        std::iter::zip(&side.x, &side.pressure).map(|(x, p)| (x[0], *p)).collect();
+    nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let exact = |x: &[f64; 3]| {
+        let i = nodes.partition_point(|node| node.0 < x[0]).clamp(1, nodes.len() - 1);
+        let ((a, p), (b, q)) = (nodes[i - 1], nodes[i]);
+        p + (q - p) * (x[0] - a) / (b - a)
+    };
+    let peak = fine.summary.pairs[0].max_pressure;
+    for (element, k) in [
+        ("quad4", [4.0, 3.0]),
+        ("quad8", [4.0, 3.0]),
+        ("quad8", [8.0, 6.0]),
+        ("tri6", [8.0, 6.0]),
+        ("tri6", [4.0, 5.0]),
+    ] {
+        let run = Solved::new(runner, &unequal_cylinders(element, k, 2.0));
+        let measured = run.pressure_error(exact, peak);
         let estimated = run.summary.error_estimate.contact_pressure.expect("contact");
         Pair { estimated, measured }.holds(&format!("{element} {k:?}: pressure of two cylinders"));
     }
+}
+
+fn unequal_cylinders(element: &str, k: [f64; 2], far: f64) -> String {
+    cylinders(element, k, far).replacen("material = \"steel\"", "material = \"hard\"", 1)
+        + "[material.hard]\nyoung = 1.05e12\npoisson = 0.3\n"
 }
 
 /// Two rings (Lame), on meshes that match and that do not.
@@ -311,8 +329,7 @@ fn the_tolerance_follows(runner: &Runner) {
     let (mut loose, mut tight) = (0, 0);
     for text in [
         on_plane("quad4", 8.0, 3.0),
-        cylinders("quad8", [8.0, 6.0], 3.0).replacen("material = \"steel\"", "material = \"hard\"", 1)
-            + "[material.hard]\nyoung = 1.05e12\npoisson = 0.3\n",
+        unequal_cylinders("quad8", [8.0, 6.0], 3.0),
         cylinders("tri6", [4.0, 5.0], 4.0),
     ] {
         let mut case = runner.parse(&text);
