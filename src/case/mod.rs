@@ -22,7 +22,7 @@ mod temperature_file;
 mod transform;
 mod units;
 
-pub use alternation::{AlternationCase, Driver, Transfer, Weights};
+pub use alternation::{AlternationCase, Driver, Tolerance, Transfer, Weights};
 pub use expression::Expression;
 pub use read::{read, variant_names};
 pub use reference::reference;

@@ -636,9 +636,11 @@ number",
             ),
             key(
                 "tolerance",
-                Number(D::NUMBER),
-                is("1e-8"),
-                "Relative tolerance of the stop test; in (0, 1e-2].",
+                Either("`auto` or a number", D::NUMBER),
+                is("\"auto\""),
+                "Relative tolerance of the stop test; in (0, 1e-2]. `auto`: a tenth of the error that the mesh leaves in \
+the contact pressure, as the pressures along the surface show it while they are found, between 1e-10 and 1e-4; \
+`relaxed`: 1e-8.",
             ),
             key(
                 "max_alternations",

@@ -35,6 +35,8 @@ pub struct Summary {
     pub displacement_steps: u64,
     /// Tolerance of the stop test.
     pub tolerance: f64,
+    /// True if it followed the discretisation error.
+    pub tolerance_automatic: bool,
     /// Largest relative residual of the equilibrium of a body.
     #[serde(skip_serializing_if = "not_finite")]
     pub residual: f64,
@@ -422,6 +424,7 @@ mod tests {
             force_steps: 6,
             displacement_steps: 5,
             tolerance: 1e-8,
+            tolerance_automatic: true,
             residual: 1e-14,
             error_estimate: ErrorEstimate { energy: 0.01, contact_pressure: Some(0.02) },
             ranks: 2,
@@ -456,7 +459,7 @@ mod tests {
     fn keys_are_those_promised() {
         let json: Value = serde_json::from_str(&summary().to_json().unwrap()).unwrap();
         let top = "alternations bodies case checks converged diagnosis displacement_steps driver error_estimate force_steps free_modes kontakt \
-                   pairs peak_memory_mb probes ranks reason residual schema seconds tolerance transfer updates variant warnings";
+                   pairs peak_memory_mb probes ranks reason residual schema seconds tolerance tolerance_automatic transfer updates variant warnings";
         assert_eq!(keys(&json).join(" "), top);
         assert_eq!(
             keys(&json["bodies"][0]).join(" "),

@@ -129,6 +129,8 @@ struct Run {
     warnings: Vec<String>,
     diagnosis: Vec<String>,
     alternate: f64,
+    /// Smallest tolerance of a step.
+    tolerance: f64,
     /// Of the last step.
     estimate: Estimate,
 }
@@ -148,6 +150,7 @@ impl Default for Run {
             warnings: Vec::new(),
             diagnosis: Vec::new(),
             alternate: 0.0,
+            tolerance: f64::INFINITY,
             estimate: Estimate::default(),
         }
     }
@@ -191,6 +194,7 @@ impl Run {
         let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
         let counts = share_outcome(world, &mut found.reason, counts);
         self.reason = found.reason;
+        self.tolerance = self.tolerance.min(parallel::from_first(world, found.tolerance));
         std::iter::zip(&mut self.counts, counts).for_each(|(sum, n)| *sum += n);
         if !self.steps.is_empty() {
             let old = std::mem::take(&mut self.piece);
@@ -238,7 +242,7 @@ impl Run {
             bodies: case.bodies.iter().map(|b| b.name.clone()).collect(),
             reason: self.reason,
             alternations: self.counts[0],
-            tolerance: case.alternation.tolerance,
+            tolerance: self.tolerance,
             steps: (!case.steps.is_empty()).then(|| steps.collect()),
             rigid: outlines(case, &self.piece.points, supports, world),
         }
@@ -296,7 +300,8 @@ impl Run {
             updates: self.counts[1],
             force_steps: self.counts[2],
             displacement_steps: self.counts[3],
-            tolerance: case.alternation.tolerance,
+            tolerance: self.tolerance,
+            tolerance_automatic: case.alternation.tolerance == case::Tolerance::Automatic,
             residual: self.checks.residual,
             ranks: world.size() as usize,
             bodies,
