@@ -22,7 +22,7 @@ mod temperature_file;
 mod transform;
 mod units;
 
-pub use alternation::{AlternationCase, Driver, Transfer, Weights};
+pub use alternation::{AlternationCase, Driver, Tolerance, Transfer, Weights};
 pub use expression::Expression;
 pub use read::{read, variant_names};
 pub use reference::reference;
@@ -146,6 +146,9 @@ pub struct BodyCase {
     pub name: String,
     /// Where its mesh comes from.
     pub geometry: Geometry,
+    /// Cells of it to cut into four, then cells of the finer mesh, and so on: what adaptive refinement adds. None in a
+    /// case as read.
+    pub cuts: Vec<Vec<u32>>,
     /// Element formulation; `None` means each element kind's default.
     pub formulation: Option<Formulation>,
     /// Its material.
@@ -197,6 +200,8 @@ pub enum Geometry {
         group: Option<String>,
         /// Factor on all coordinates (a mesh in mm in an SI case: 1e-3).
         scale: f64,
+        /// How often every cell is cut into four.
+        refine: usize,
         /// Where it is written.
         origin: Origin,
     },

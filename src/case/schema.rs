@@ -47,6 +47,8 @@ pub(super) enum Kind {
     Flag,
     /// A positive integer.
     Count,
+    /// An integer, 0 or more.
+    Natural,
     /// A number, or a string with a unit.
     Number(Dimension),
     /// A number, a string with a unit, or an expression of x, y, z.
@@ -407,6 +409,13 @@ groups name the bodies and surfaces.",
                 "With `file`: factor on its coordinates (mm in an SI case: 1e-3).",
             ),
             key(
+                "refine",
+                Natural,
+                is("0"),
+                "How often every cell is cut into four, nodes on the curved boundary (of a file's straight sides: on a \
+smooth curve through its nodes, corners of more than 40 degrees kept).",
+            ),
+            key(
                 "rotate",
                 Number(D::ANGLE),
                 is("0"),
@@ -627,9 +636,11 @@ number",
             ),
             key(
                 "tolerance",
-                Number(D::NUMBER),
-                is("1e-8"),
-                "Relative tolerance of the stop test; in (0, 1e-2].",
+                Either("`auto` or a number", D::NUMBER),
+                is("\"auto\""),
+                "Relative tolerance of the stop test; in (0, 1e-2]. `auto`: a tenth of the error that the mesh leaves in \
+the contact pressure, as the pressures along the surface show it while they are found, between 1e-10 and 1e-4; \
+`relaxed`: 1e-8.",
             ),
             key(
                 "max_alternations",

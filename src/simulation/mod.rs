@@ -1,5 +1,6 @@
 //! A run, from the checked case to the files: builds everything, calls everything, computes nothing itself.
 mod active;
+mod adapt;
 mod checks;
 mod contacts;
 mod fields;
@@ -11,8 +12,10 @@ mod pairs;
 mod plan;
 mod relaxed;
 mod rows;
+mod solved;
 mod text;
 
+pub use adapt::{Goal, Limits, Quantity, run_adaptive};
 pub use measure::{ContactSolve, ContactSplit};
 pub use outlook::outlook;
 pub use plan::{Plan, build_mesh};
@@ -21,8 +24,10 @@ pub use relaxed::Interface;
 use crate::{
     body::{Body, LoadFactors},
     case::{self, Case},
+    contact::Surface,
     error::{Error, Result},
-    output::{self, HistoryRow, LoadStep, Piece, Reason, ResultFile, RunInfo, State, StepSummary, Summary},
+    estimate::{BodyError, Estimate, MultiplierSide},
+    output::{self, HistoryRow, LoadStep, Piece, Reason, RunInfo, State, StepSummary, Summary},
     parallel::{self, Exchange, agree},
 };
 use active::{Active, Nodal};
@@ -33,6 +38,7 @@ use mpi::{topology::SimpleCommunicator, traits::*};
 use outline::outlines;
 use pairs::pair_results;
 use relaxed::Relaxed;
+use solved::Solved;
 use std::{path::Path, time::Instant};
 
 /// Runs a case and writes its results. Returns the summary (complete on world rank 0). Collective.
@@ -40,52 +46,21 @@ pub fn run(
     case: &Case,
     world: &SimpleCommunicator,
     directory: &Path,
-    mut progress: impl FnMut(&HistoryRow),
+    progress: impl FnMut(&HistoryRow),
 ) -> Result<Summary> {
+    Ok(run_and_estimate(case, world, directory, progress)?.0)
+}
+
+/// The same, with the error estimate of the last step, cell by cell. Collective.
+pub fn run_and_estimate(
+    case: &Case,
+    world: &SimpleCommunicator,
+    directory: &Path,
+    mut progress: impl FnMut(&HistoryRow),
+) -> Result<(Summary, Estimate)> {
     let start = Instant::now();
     output::prepare(world, directory)?;
-    let (plan, mut engine) = Engine::new(case, world)?;
-    warn_of_unused_options(case, &plan.groups)?;
-    let exchange = plan.exchange(case);
-    let mut run = Run::default();
-    let one = case::StepCase {
-        name: None,
-        loads: 1.0,
-        supports: 1.0,
-        temperature: 1.0,
-        origin: Default::default(),
-    };
-    let steps = if case.steps.is_empty() { std::slice::from_ref(&one) } else { &case.steps[..] };
-    for (i, step) in steps.iter().enumerate() {
-        let alternating = Instant::now();
-        let on_rank_zero = |row: &HistoryRow| {
-            if world.rank() == 0 {
-                progress(row);
-            }
-        };
-        let (found, nodal) = engine.step(case, &plan, &exchange, i as u64 + 1, step, on_rank_zero)?;
-        run.alternate += alternating.elapsed().as_secs_f64();
-        run.finish_step(case, &plan, engine.bodies(), found, &nodal, step)?;
-        // The steps after one that failed would start from nowhere.
-        if !run.reason.converged() {
-            break;
-        }
-    }
-    let writing = Instant::now();
-    let info = run.info(case, world);
-    let file = directory.join(output::RESULT);
-    let before = if case.steps.is_empty() { &[][..] } else { &run.before };
-    let result =
-        ResultFile { piece: &run.piece, pairs: &run.pairs, before, history: &run.history, run: &info };
-    remove_old_summary(world, directory)?;
-    output::write(world, &file, &result)?;
-    let drawn = if world.rank() == 0 { draw(case, &file, directory) } else { Ok(()) };
-    agree(world, drawn)?;
-    let clock = [writing.elapsed().as_secs_f64(), start.elapsed().as_secs_f64()];
-    let summary = run.summary(case, &plan, &engine, &info, clock);
-    let written = if world.rank() == 0 { summary.write(&directory.join(output::SUMMARY)) } else { Ok(()) };
-    agree(world, written)?;
-    Ok(summary)
+    Solved::new(case, world, &mut progress)?.finish(case, world, directory, start, None)
 }
 
 /// The driver of the case with all it works on.
@@ -154,6 +129,10 @@ struct Run {
     warnings: Vec<String>,
     diagnosis: Vec<String>,
     alternate: f64,
+    /// Smallest tolerance of a step.
+    tolerance: f64,
+    /// Of the last step.
+    estimate: Estimate,
 }
 
 impl Default for Run {
@@ -171,6 +150,8 @@ impl Default for Run {
             warnings: Vec::new(),
             diagnosis: Vec::new(),
             alternate: 0.0,
+            tolerance: f64::INFINITY,
+            estimate: Estimate::default(),
         }
     }
 }
@@ -190,25 +171,30 @@ impl Run {
         let mut piece = Piece::default();
         let heated = case.bodies.iter().any(|b| b.temperature.is_some());
         start_fields(&mut piece, heated);
-        let (mut balances, mut recovered) = (Vec::new(), Vec::new());
+        let (mut balances, mut recovered, mut errors) = (Vec::new(), Vec::new(), Vec::new());
         let finished = std::iter::zip(bodies, nodal).enumerate().try_for_each(|(i, (body, nodal))| {
             let u = body.with_ghosts(&groups.group, &nodal.displacement)?;
             let (fields, balance) = agree(&groups.group, body.recover(&u, &nodal.contact))?;
-            append(&mut piece, body, &fields, groups.bodies()[i], heated);
+            let error = BodyError::new(body, groups.bodies()[i], &groups.group, &u, &fields)?;
+            append(&mut piece, body, &fields, &error, groups.bodies()[i], heated);
+            errors.push(error);
             balances.push(total(&groups.group, &balance));
             recovered.push(fields);
             Ok(())
         });
         agree(world, finished)?;
         let probes = probe(case, plan, bodies, &recovered, world)?;
-        let (pairs, tables, beyond) = pair_results(case, &found, world, &mut self.warnings);
+        let (mut pairs, tables, beyond) = pair_results(case, &found, world, &mut self.warnings);
         if found.reason.converged() && beyond {
             found.reason = Reason::Penetration;
         }
+        let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, &found));
+        std::iter::zip(&mut pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
         self.checks = worst(self.checks, checks(&balances, &pairs, &found.ends, world));
         let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
         let counts = share_outcome(world, &mut found.reason, counts);
         self.reason = found.reason;
+        self.tolerance = self.tolerance.min(parallel::from_first(world, found.tolerance));
         std::iter::zip(&mut self.counts, counts).for_each(|(sum, n)| *sum += n);
         if !self.steps.is_empty() {
             let old = std::mem::take(&mut self.piece);
@@ -224,7 +210,9 @@ impl Run {
             alternations: counts[0],
             updates: counts[1],
         };
-        self.steps.push(StepSummary::new(&summary, pairs, probes));
+        let error_estimate = output::ErrorEstimate::of(&estimate);
+        self.steps.push(StepSummary::new(&summary, pairs, probes, error_estimate));
+        self.estimate = estimate;
         (self.piece, self.pairs, self.free_modes) = (piece, tables, found.free_modes);
         self.history.append(&mut found.history);
         self.warnings.append(&mut found.warnings);
@@ -254,14 +242,21 @@ impl Run {
             bodies: case.bodies.iter().map(|b| b.name.clone()).collect(),
             reason: self.reason,
             alternations: self.counts[0],
-            tolerance: case.alternation.tolerance,
+            tolerance: self.tolerance,
             steps: (!case.steps.is_empty()).then(|| steps.collect()),
             rigid: outlines(case, &self.piece.points, supports, world),
         }
     }
 
     /// The run in numbers. `clock`: seconds of writing, and in all. Collective.
-    fn summary(self, case: &Case, plan: &Plan, engine: &Engine, info: &RunInfo, clock: [f64; 2]) -> Summary {
+    fn summary(
+        self,
+        case: &Case,
+        plan: &Plan,
+        engine: &Engine,
+        info: &RunInfo,
+        clock: [f64; 2],
+    ) -> (Summary, Estimate) {
         let world = &plan.groups.world;
         let search = match engine {
             Engine::Active(active) => active.clock.search,
@@ -283,7 +278,10 @@ impl Run {
         let mut free_modes: Vec<(&str, &str)> =
             self.free_modes.iter().filter_map(|line| line.split_once('\t')).collect();
         free_modes.sort_by_key(|(body, _)| case.bodies.iter().position(|b| b.name == *body));
-        Summary {
+        let mut bodies = body_summaries(case, plan, engine, world);
+        std::iter::zip(&mut bodies, &self.estimate.body_energy)
+            .for_each(|(b, e)| b.error_estimate = Some(*e));
+        let summary = Summary {
             schema: Summary::SCHEMA,
             kontakt: env!("CARGO_PKG_VERSION").into(),
             case: case.name.clone(),
@@ -302,10 +300,12 @@ impl Run {
             updates: self.counts[1],
             force_steps: self.counts[2],
             displacement_steps: self.counts[3],
-            tolerance: case.alternation.tolerance,
+            tolerance: self.tolerance,
+            tolerance_automatic: case.alternation.tolerance == case::Tolerance::Automatic,
             residual: self.checks.residual,
             ranks: world.size() as usize,
-            bodies: body_summaries(case, plan, engine, world),
+            bodies,
+            error_estimate: output::ErrorEstimate::of(&self.estimate),
             free_modes: free_modes
                 .into_iter()
                 .map(|(body, mode)| output::FreeMode { body: body.into(), mode: mode.into() })
@@ -327,8 +327,21 @@ impl Run {
             peak_memory_mb: parallel::sum(world, &[peak_memory_mb()])[0],
             warnings: self.warnings,
             diagnosis: self.diagnosis,
-        }
+            adapt: None,
+            adapt_reached: None,
+        };
+        (summary, self.estimate)
     }
+}
+
+/// The sides with multipliers that this rank holds.
+fn multiplier_sides<'a>(plan: &'a Plan, found: &'a Found) -> Vec<MultiplierSide<'a>> {
+    let ends = std::iter::zip(&plan.surfaces, &plan.ends);
+    let side = |(surface, &(pair, side, _)): (&'a Surface, &(usize, usize, usize))| {
+        let end = found.ends.iter().find(|e| e.multiplier && (e.pair, e.side) == (pair, side))?;
+        Some(MultiplierSide { pair, side, surface, table: &end.table })
+    };
+    ends.filter_map(side).collect()
 }
 
 /// Rank 0's verdict and counts, known to all. Rank 0 is always a group's first rank. Collective.
@@ -385,6 +398,7 @@ fn body_summaries(
             response: if counts[2] > 0.5 { output::Response::Condensed } else { output::Response::Solver },
             interface_dofs: counts[3] as u64,
             solves: counts[4] as u64,
+            error_estimate: None,
         })
         .collect()
 }

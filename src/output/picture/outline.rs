@@ -23,12 +23,14 @@ impl Edge {
 pub(super) fn edges(piece: &Piece) -> Vec<Edge> {
     let mut first_at = FxHashMap::default();
     let mut same = vec![u32::MAX; piece.points.len()];
+    let mut body_of = vec![0; piece.points.len()];
     for (cell, &body) in piece.cells.iter().zip(&piece.cell_bodies) {
         for &node in cell.nodes().iter().take(cell.kind.n_corners()) {
             if same[node as usize] == u32::MAX {
                 // `+ 0.0` makes -0 and 0 one number.
                 let place = piece.points[node as usize].map(|x| (x + 0.0).to_bits());
                 same[node as usize] = *first_at.entry((body, place)).or_insert(node);
+                body_of[node as usize] = body;
             }
         }
     }
@@ -46,7 +48,36 @@ pub(super) fn edges(piece: &Piece) -> Vec<Edge> {
             edges.entry(key).and_modify(|edge| edge.outer = false).or_insert(edge);
         }
     }
+    close_hanging(piece, &first_at, &body_of, &mut edges);
     edges.into_values().collect()
+}
+
+/// A side of a coarse cell against two sides of finer ones is no outline, and neither are these.
+fn close_hanging(
+    piece: &Piece,
+    first_at: &FxHashMap<(i32, [u64; 3]), u32>,
+    body_of: &[i32],
+    edges: &mut FxHashMap<[u32; 2], Edge>,
+) {
+    let at = |node: u32| piece.points[node as usize];
+    let outer: Vec<[u32; 2]> = edges.iter().filter(|(_, edge)| edge.outer).map(|(key, _)| *key).collect();
+    for key in outer {
+        let middle = match *edges[&key].nodes() {
+            [_, middle, _] => at(middle),
+            _ => {
+                let (a, b) = (at(key[0]), at(key[1]));
+                std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
+            }
+        };
+        let place = middle.map(|x| (x + 0.0).to_bits());
+        let Some(&middle) = first_at.get(&(body_of[key[0] as usize], place)) else { continue };
+        let halves = key.map(|end| [end.min(middle), end.max(middle)]);
+        if halves.iter().all(|half| edges.get(half).is_some_and(|edge| edge.outer)) {
+            for key in [key, halves[0], halves[1]] {
+                edges.get_mut(&key).expect("just found").outer = false;
+            }
+        }
+    }
 }
 
 #[cfg(test)]
