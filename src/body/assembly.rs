@@ -1,5 +1,10 @@
 //! Stiffness matrix and load vector.
-use super::{Constraints, Elements, NodeConstraint, hanging::Hanging, region};
+use super::{
+    Constraints, Elements, NodeConstraint,
+    entries::{Entries, Lists},
+    hanging::Hanging,
+    region,
+};
 use crate::{
     case::{BodyCase, LoadKind, Region},
     element::{MAX_NODES, body_load, facet_load, facet_weights},
@@ -53,12 +58,10 @@ pub struct Parameters<'a> {
     pub thickness: f64,
 }
 
-/// What the cells of one rank contribute: triples of the matrix, the right-hand sides at local nodes, and the largest
-/// diagonal entry.
+/// What the cells of one rank contribute: to the matrix, to the right-hand sides at local nodes, and the largest diagonal
+/// entry.
 struct Contributions {
-    rows: Vec<i32>,
-    columns: Vec<i32>,
-    values: Vec<f64>,
+    entries: Entries,
     /// From the initial strain.
     thermal: Vec<f64>,
     /// From prescribed displacements.
@@ -93,8 +96,8 @@ impl Parameters<'_> {
     /// of initial strain and prescribed displacements. Collective.
     pub fn stiffness(&self, group: &SimpleCommunicator) -> Result<Assembled> {
         let (part, dim) = (self.part, self.part.dim);
-        let Contributions { mut rows, mut columns, mut values, thermal, prescribed, largest } =
-            agree(group, self.element_arrays(|_| true))?;
+        let Contributions { mut entries, thermal, prescribed, largest } =
+            agree(group, self.element_arrays(group, |_| true))?;
         // Identity rows, scaled like the rest of the diagonal, keep the held unknowns in the system.
         let scale = crate::parallel::max(group, &[largest])[0];
         let mut held = Vec::new();
@@ -102,9 +105,7 @@ impl Parameters<'_> {
             for c in 0..dim {
                 if let Some(value) = constraint.held(c) {
                     let dof = (part.global[node as usize] as usize * dim + c) as i32;
-                    rows.push(dof);
-                    columns.push(dof);
-                    values.push(scale);
+                    entries.add_diagonal(dof, scale);
                     held.push((node as usize * dim + c, scale * value));
                 }
             }
@@ -112,15 +113,13 @@ impl Parameters<'_> {
         for slave in Hanging::of(part).owned(part.n_owned) {
             for c in 0..dim {
                 let dof = (part.global[slave.node as usize] as usize * dim + c) as i32;
-                rows.push(dof);
-                columns.push(dof);
-                values.push(scale);
+                entries.add_diagonal(dof, scale);
             }
         }
         let thermal = self.sum_to_owners(group, &thermal)?;
         let mut prescribed = self.sum_to_owners(group, &prescribed)?;
         held.into_iter().for_each(|(i, value)| prescribed[i] = value);
-        let matrix = Matrix::from_triples(group, part.n_owned * dim, dim, (rows, columns), values)?;
+        let matrix = entries.into_matrix(group, part.n_owned * dim, dim)?;
         matrix.set_rigid_modes(group, &part.points[..part.n_owned], dim)?;
         Ok(Assembled { matrix, thermal, prescribed })
     }
@@ -132,18 +131,29 @@ impl Parameters<'_> {
             let at = |all: &[u32]| all.iter().any(|&node| nodes[node as usize]);
             at(cell.nodes()) || hanging.reduce(cell).is_some_and(|reduced| at(&reduced.nodes))
         };
-        let Contributions { rows, columns, values, .. } = agree(group, self.element_arrays(near))?;
-        Matrix::from_triples(group, self.part.n_owned * self.part.dim, self.part.dim, (rows, columns), values)
+        let Contributions { entries, .. } = agree(group, self.element_arrays(group, near))?;
+        entries.into_matrix(group, self.part.n_owned * self.part.dim, self.part.dim)
     }
 
     /// Stiffness and right-hand sides of this rank's chosen cells, held unknowns eliminated.
-    fn element_arrays(&self, chosen: impl Fn(&Cell) -> bool) -> Result<Contributions> {
+    fn element_arrays(
+        &self,
+        group: &SimpleCommunicator,
+        chosen: impl Fn(&Cell) -> bool,
+    ) -> Result<Contributions> {
         let (part, dim) = (self.part, self.part.dim);
         let own = || part.cells[..part.n_own_cells].iter().filter(|cell| chosen(cell));
-        let entries: usize = own().map(|c| (c.kind.n_nodes() * dim).pow(2)).sum();
-        let (mut rows, mut columns, mut values) =
-            (Vec::with_capacity(entries), Vec::with_capacity(entries), Vec::with_capacity(entries));
         let hanging = Hanging::of(part);
+        let mut lists = Lists::default();
+        // A slave has a row of its own: it stays among its cell's nodes.
+        own().for_each(|cell| match hanging.reduce(cell) {
+            None => lists.push(cell.nodes().iter().map(|&node| part.global[node as usize])),
+            Some(reduced) => {
+                let slaves = cell.nodes().iter().filter(|node| !reduced.nodes.contains(node));
+                lists.push(reduced.nodes.iter().chain(slaves).map(|&node| part.global[node as usize]));
+            }
+        });
+        let mut entries = Entries::new(group, part.n_global_nodes, dim, &lists);
         let n_nodes = self.summed_nodes();
         let (mut thermal, mut prescribed) = (vec![0.0; n_nodes * dim], vec![0.0; n_nodes * dim]);
         let mut x = [[0.0; 3]; MAX_NODES];
@@ -185,15 +195,9 @@ impl Parameters<'_> {
                     largest = largest.max(k[(a * dim + c) * (n + 1)]);
                 }
             }
-            for i in 0..n {
-                for j in 0..n {
-                    rows.push(global[i]);
-                    columns.push(global[j]);
-                    values.push(k[i * n + j]);
-                }
-            }
+            entries.add(&global[..n], k);
         }
-        Ok(Contributions { rows, columns, values, thermal, prescribed, largest })
+        Ok(Contributions { entries, thermal, prescribed, largest })
     }
 
     /// External nodal forces at the owned nodes, N, in global axes. Collective.

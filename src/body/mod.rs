@@ -8,6 +8,7 @@ mod compliance;
 mod condensed;
 mod constraint;
 mod dirichlet;
+mod entries;
 mod estimate;
 mod hanging;
 mod interface;

@@ -132,6 +132,35 @@ impl Matrix {
         }
     }
 
+    /// Symmetric positive definite matrix on one rank from compressed rows: where each begins, the columns, ascending in
+    /// each row, and the values.
+    pub fn from_rows<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
+        comm: &C,
+        block: usize,
+        starts: &[i32],
+        columns: &[i32],
+        values: &[f64],
+    ) -> Result<Self> {
+        assert_eq!(comm.size(), 1);
+        assert!(columns.len() == values.len() && starts.last() == Some(&int(values.len())?));
+        let n = int(starts.len() - 1)?;
+        // SAFETY: the handle is valid from `make` on; PETSc copies the arrays, whose lengths fit each other.
+        unsafe {
+            let a = Matrix(make(|a| sys::MatCreate(comm.as_raw(), a))?);
+            check(sys::MatSetSizes(a.0, n, n, n, n))?;
+            check(sys::MatSetType(a.0, sys::MATAIJ.as_ptr()))?;
+            check(sys::MatSetBlockSize(a.0, int(block)?))?;
+            check(sys::MatSeqAIJSetPreallocationCSR(
+                a.0,
+                starts.as_ptr(),
+                columns.as_ptr(),
+                values.as_ptr(),
+            ))?;
+            check(sys::MatSetOption(a.0, sys::MatOption::MAT_SPD, sys::PetscBool::PETSC_TRUE))?;
+            Ok(a)
+        }
+    }
+
     /// Rigid modes as near null space, for algebraic multigrid; `points` are the owned nodes.
     pub fn set_rigid_modes<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
         &self,

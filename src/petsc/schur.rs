@@ -257,7 +257,7 @@ fn upper_triangle(a: &Matrix) -> Result<(usize, Triples)> {
             if count > 0 {
                 let of_row = std::slice::from_raw_parts(columns, count as usize);
                 let of_row = of_row.iter().zip(std::slice::from_raw_parts(values, count as usize));
-                for (&column, &value) in of_row.filter(|(column, _)| **column >= row) {
+                for (&column, &value) in of_row.filter(|(column, value)| **column >= row && **value != 0.0) {
                     triples.rows.push(row + 1);
                     triples.columns.push(column + 1);
                     triples.values.push(value);
