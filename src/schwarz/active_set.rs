@@ -35,8 +35,9 @@ const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 /// A residual that round-off does not let fall below this is no solution, whatever the tolerance.
 const WORTHLESS: f64 = 1e-6;
 
-/// Iterations without a smaller residual after which round-off is taken to have been reached.
-const PATIENCE: usize = 12;
+/// Iterations without a smaller residual after which round-off is taken to have been reached, and up to how many times the
+/// least that round-off can leave: the round-off of a body's answer grows with its condition.
+const PATIENCE: [(usize, f64); 2] = [(12, 1e4), (48, 1e6)];
 
 /// Residual of the first guess, relative, up to which the leading bodies alone are a good model of the pairs.
 const MODEL: f64 = 1e-2;
@@ -522,7 +523,10 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             if size < 0.9 * best.0 {
                 best = (size, iteration);
             }
-            if size <= floor || iteration > best.1 + PATIENCE && (small || size <= 1e3 * floor) {
+            let rests = |(patience, much): (usize, f64)| {
+                iteration > best.1 + patience && (small || size <= much * floor)
+            };
+            if size <= floor || PATIENCE.into_iter().any(rests) {
                 return Ok(Inner::RoundOff);
             }
             if self.recorder.count() >= self.limits.max_alternations {

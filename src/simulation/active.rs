@@ -66,7 +66,7 @@ pub(super) struct Nodal {
 
 /// How soft a mode has to be to join the coarse space: in a chain of bodies, where it carries over what happens at one
 /// contact to the next, and elsewhere, where it only spares the compliance its round-off.
-const SOFT: [f64; 2] = [2.0, 0.1];
+const SOFT: [f64; 2] = [2.0, 0.3];
 
 /// [`SOFT`] of a body.
 fn softness(case: &Case, body: usize) -> f64 {
