@@ -6,7 +6,7 @@
 //! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
 use super::{
-    Coarse, Coupling, Lead, Outcome, PairRows, Projector, Reason, Respond,
+    Coarse, Coupling, Lead, MeshError, Outcome, PairRows, Projector, Reason, Respond,
     record::{Recorder, State},
 };
 use crate::{error::Result, output::HistoryRow};
@@ -45,16 +45,6 @@ const MODEL: f64 = 1e-2;
 /// leads: 1 would balance the condition numbers, but the long waves are few, and conjugate gradients remove a few
 /// outliers one by one.
 const FEW_LONG_WAVES: f64 = 0.01;
-
-/// Where an automatic tolerance begins, and what it does not fall below.
-pub const AUTOMATIC: [f64; 2] = [1e-4, 1e-10];
-
-/// An automatic tolerance is this share of the discretisation error.
-const SHARE: f64 = 0.1;
-
-/// Smallest relative discretisation error of a pair's pressure, given the row forces and which rows are in contact;
-/// infinite where nothing touches.
-pub type MeshError<'e> = dyn Fn(&[f64], &[bool]) -> f64 + 'e;
 
 /// What the user chooses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -519,15 +509,6 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             r = next;
         }
         unreachable!("the loop ends by a return")
-    }
-
-    /// Brings an automatic tolerance down to a share of the discretisation error that the forces show. While they are not
-    /// yet accurate they scatter more than the mesh makes them, and the next look will find less.
-    fn follow_mesh_error(&mut self) {
-        if let Some(error) = self.mesh_error {
-            let smallest = -self.coupling.exchange.max_signed(-error(&self.force, &self.active));
-            self.limits.tolerance = self.limits.tolerance.min((SHARE * smallest).max(AUTOMATIC[1]));
-        }
     }
 
     /// -(g - Z alpha) on the active rows, m.
