@@ -15,6 +15,9 @@ pub(super) type Plane = [f64; 3];
 /// Differences of stresses below this share of what the strains would make without cancellation are round-off.
 const ROUND_OFF: f64 = 1e-10;
 
+/// Strains that round-off makes in a body without load.
+const NO_STRAIN: f64 = 1e-14;
+
 /// Energy error of a cell.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct CellError {
@@ -101,7 +104,8 @@ fn cell_errors(
             // Strains that heat makes may cancel those of the stresses.
             let heat = law.stress([0.0; 3]);
             sums[1] += volume * energy;
-            sums[2] += volume * (energy + complementary(&law, &heat));
+            let unloaded = NO_STRAIN * NO_STRAIN * law.h[0][0];
+            sums[2] += volume * (energy + complementary(&law, &heat) + unloaded / (ROUND_OFF * ROUND_OFF));
         }
         sums[0] += error.energy2;
         cells.push(error);

@@ -92,3 +92,42 @@ fn basis(x: &[f64; 3], center: &[f64; 3], size: f64) -> [f64; TERMS] {
     let (x, y) = ((x[0] - center[0]) / size, (x[1] - center[1]) / size);
     [1.0, x, y, x * x, x * y, y * y]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples(points: &[[f64; 3]], stress: impl Fn(&[f64; 3]) -> Plane) -> Samples {
+        let mut samples = Samples::default();
+        points.iter().for_each(|p| samples.push(*p, stress(p)));
+        samples
+    }
+
+    fn grid(nx: usize, ny: usize) -> Vec<[f64; 3]> {
+        (0..nx * ny).map(|i| [1.0 + 0.1 * (i % nx) as f64, 2.0 + 0.1 * (i / nx) as f64, 0.0]).collect()
+    }
+
+    #[test]
+    fn polynomials_are_reproduced() {
+        let linear = |p: &[f64; 3]| [1.0 + p[0], p[1], 2.0 * p[0] - p[1]];
+        let quadratic = |p: &[f64; 3]| [p[0] * p[0], p[0] * p[1], 1.0 - p[1] * p[1]];
+        let at = [1.17, 2.03, 0.0];
+        let near = |a: Plane, b: Plane| std::iter::zip(a, b).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(near(samples(&grid(2, 2), linear).fit(at, 3).at(&[1.3, 2.2, 0.0]), linear(&[1.3, 2.2, 0.0])));
+        assert!(near(
+            samples(&grid(4, 4), quadratic).fit(at, 6).at(&[1.3, 2.2, 0.0]),
+            quadratic(&[1.3, 2.2, 0.0])
+        ));
+    }
+
+    #[test]
+    fn samples_that_do_not_determine_a_term_do_without_it() {
+        // Two rows say nothing of y^2, one row nothing of y, one point nothing but the value.
+        let linear = |p: &[f64; 3]| [p[0], p[1], 0.0];
+        let fit = samples(&grid(4, 2), linear).fit([1.0, 2.0, 0.0], 6);
+        assert!((fit.at(&[1.05, 2.5, 0.0])[1] - 2.5).abs() < 1e-12);
+        let row = samples(&grid(4, 1), linear).fit([1.0, 2.0, 0.0], 6);
+        assert!((row.at(&[5.0, 7.0, 0.0])[0] - 1.15).abs() < 1e-12);
+        assert_eq!(samples(&grid(1, 1), linear).fit([0.0; 3], 3).at(&[9.0; 3]), [1.0, 2.0, 0.0]);
+    }
+}

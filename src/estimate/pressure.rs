@@ -237,3 +237,86 @@ pub fn relative(pressure: &[f64], errors: &[NodalPressure]) -> Option<f64> {
 /// Share of the largest pressure from which a node belongs to the peak: on a Hertz contact |x| <= 0.6 a. The error at the
 /// edge of a contact, which falls with the root of the element size, is no error of the peak.
 pub const PEAK: f64 = 0.8;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Contact::{Closed, Open};
+
+    /// Nodes on a line from -1 to 1, in facets of `width` steps.
+    fn chain(n: usize, width: usize) -> (Chain, Vec<f64>) {
+        let x: Vec<f64> = (0..n).map(|i| -1.0 + 2.0 * i as f64 / (n - 1) as f64).collect();
+        let facet = |first: u32| match width {
+            2 => vec![first, first + 2, first + 1],
+            _ => vec![first, first + 1],
+        };
+        let surface = Surface {
+            nodes: (0..n as u32).collect(),
+            points: x.iter().map(|&x| [x, 0.0, 0.0]).collect(),
+            facets: (0..n as u32 - 1).step_by(width).map(facet).collect(),
+            ..Surface::default()
+        };
+        (Chain::new(&surface), x)
+    }
+
+    fn estimate(chain: &Chain, pressure: &[f64], contact: &[Contact]) -> Option<f64> {
+        relative(pressure, &chain.errors(pressure, contact))
+    }
+
+    #[test]
+    fn uniform_pressures_have_no_error() {
+        for width in [1, 2] {
+            for n in [3, 5, 7, 21] {
+                let (chain, x) = chain(n, width);
+                let found = estimate(&chain, &vec![7.0; x.len()], &vec![Closed; n]).unwrap();
+                assert!(found < 1e-13, "{n} {width}: {found:e}");
+            }
+        }
+        let (open, _) = chain(5, 1);
+        assert_eq!(estimate(&open, &[0.0; 5], &[Open; 5]), None);
+    }
+
+    /// Means over the hats of p = sqrt(1 - (x / 0.8)^2): the error of the peak is h^2 / 12 p''.
+    #[test]
+    fn the_mean_of_a_peak_is_too_low_by_what_is_estimated() {
+        let (chain, x) = chain(41, 1);
+        let h = 2.0 / 40.0;
+        let exact = |x: f64| (1.0 - (x / 0.8).powi(2)).max(0.0).sqrt();
+        let mean = |x: f64| {
+            let points = (-200..=200).map(|i| f64::from(i) / 200.0);
+            let (sum, total) = points.fold((0.0, 0.0), |(s, t), u| {
+                let weight = 1.0 - u.abs();
+                (s + weight * exact(x + h * u), t + weight)
+            });
+            sum / total
+        };
+        let p: Vec<f64> = x.iter().map(|&x| if x.abs() < 0.8 { mean(x) } else { 0.0 }).collect();
+        let contact: Vec<Contact> = p.iter().map(|p| if *p > 0.0 { Closed } else { Open }).collect();
+        let errors = chain.errors(&p, &contact);
+        let measured = exact(0.0) - p[20];
+        assert!((errors[20].error / measured - 1.0).abs() < 0.02, "{:e} {measured:e}", errors[20].error);
+        let found = relative(&p, &errors).unwrap();
+        let peak = (0..41).filter(|&i| p[i] >= PEAK * p[20]).map(|i| (p[i] - exact(x[i])).abs());
+        let measured = peak.fold(0.0, f64::max);
+        assert!((0.8..1.25).contains(&(found / measured)), "{found:e} {measured:e}");
+    }
+
+    #[test]
+    fn a_node_that_is_off_is_seen() {
+        let (chain, x) = chain(21, 1);
+        let mut p: Vec<f64> = x.iter().map(|x| 5.0 + x).collect();
+        // A linear pressure has the error of the means at the ends alone, a third of the slope times the size.
+        let alone = chain.errors(&p, &[Closed; 21]);
+        assert!(alone[1..20].iter().all(|e| e.error < 1e-12) && (alone[0].error - 0.1 / 3.0).abs() < 1e-12);
+        p[10] += 0.3;
+        let error = chain.errors(&p, &[Closed; 21])[10].error;
+        assert!((0.15..=0.3).contains(&error), "{error}");
+    }
+
+    #[test]
+    fn few_nodes_say_nothing() {
+        let (chain, _) = chain(7, 1);
+        let contact = [Open, Open, Closed, Closed, Open, Open, Open];
+        assert_eq!(estimate(&chain, &[0.0, 0.0, 1.0, 0.9, 0.0, 0.0, 0.0], &contact), Some(UNKNOWN));
+    }
+}

@@ -9,7 +9,7 @@ use crate::{
     error::Result,
     mesh::{Cell, MeshPart},
 };
-use mpi::topology::SimpleCommunicator;
+use mpi::{topology::SimpleCommunicator, traits::*};
 
 /// Numbers of a fit that ranks tell each other: kind, size, coefficients.
 const PACKED: usize = 2 + 3 * TERMS;
@@ -167,7 +167,7 @@ fn at_node(part: &MeshPart, around: &Around, vertices: &[Option<Vertex>], node: 
 /// Several numbers a node, from the owned nodes to all of the part. Collective on the group.
 fn with_ghosts(body: &Body, group: &SimpleCommunicator, packed: &[f64]) -> Result<Vec<f64>> {
     let (part, dim) = (&body.part, body.dim());
-    if part.n_owned == part.points.len() && part.n_owned == part.n_global_nodes {
+    if group.size() == 1 {
         return Ok(packed.to_vec());
     }
     let mut all = vec![0.0; part.points.len() * PACKED];

@@ -6,7 +6,7 @@
 //! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
 use super::{
-    Coarse, Coupling, Outcome, PairRows, Projector, Reason, Respond, Share,
+    Coarse, Coupling, MeshError, Outcome, PairRows, Projector, Reason, Respond, Share,
     record::{Recorder, State},
 };
 use crate::{error::Result, output::HistoryRow};
@@ -49,16 +49,6 @@ const FEW_LONG_WAVES: f64 = 0.01;
 
 /// In a chain of bodies both sides of a pair make the displacement step if neither is this much softer than the other.
 const ALIKE: f64 = 10.0;
-
-/// Where an automatic tolerance begins, and what it does not fall below.
-pub const AUTOMATIC: [f64; 2] = [1e-4, 1e-10];
-
-/// An automatic tolerance is this share of the discretisation error.
-const SHARE: f64 = 0.1;
-
-/// Smallest relative discretisation error of a pair's pressure, given the row forces and which rows are in contact;
-/// infinite where nothing touches.
-pub type MeshError<'e> = dyn Fn(&[f64], &[bool]) -> f64 + 'e;
 
 /// What the user chooses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -581,15 +571,6 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             r = next;
         }
         unreachable!("the loop ends by a return")
-    }
-
-    /// Brings an automatic tolerance down to a share of the discretisation error that the forces show. While they are not
-    /// yet accurate they scatter more than the mesh makes them, and the next look will find less.
-    fn follow_mesh_error(&mut self) {
-        if let Some(error) = self.mesh_error {
-            let smallest = -self.coupling.exchange.max_signed(-error(&self.force, &self.active));
-            self.limits.tolerance = self.limits.tolerance.min((SHARE * smallest).max(AUTOMATIC[1]));
-        }
     }
 
     /// -(g - Z alpha) on the active rows, m.

@@ -15,15 +15,17 @@ mod respond;
 mod side;
 #[cfg(test)]
 mod tests;
+mod tolerance;
 mod verdict;
 pub mod weights;
 
-pub use active_set::{AUTOMATIC, ActiveSet, Limits, MeshError};
+pub use active_set::{ActiveSet, Limits};
 pub use alternation::{Alternation, Outcome, Settings};
 pub use coarse::{Coarse, Projector};
 pub use coupling::{Coupling, End, PairRows, Share, Steps};
 pub use respond::{Respond, Spring};
 pub use side::{ContactNode, Side};
+pub use tolerance::{AUTOMATIC, MeshError};
 pub use verdict::{Reason, Watch};
 
 use crate::error::Result;
