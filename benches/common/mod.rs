@@ -3,6 +3,7 @@
 
 pub mod plot;
 pub mod process;
+pub mod run;
 
 use kontakt::{
     Error, Result,

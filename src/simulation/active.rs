@@ -128,8 +128,10 @@ impl Active {
         let group = &plan.groups.group;
         let loaded =
             std::iter::zip(&mut self.bodies, &mut self.responses).try_for_each(|(body, response)| {
-                body.set_load(factors, group)?;
-                body.reload(group, response)
+                if body.set_load(factors, group)? {
+                    body.reload(group, response)?;
+                }
+                Ok(())
             });
         agree(&plan.groups.world, loaded)?;
         let updated = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);

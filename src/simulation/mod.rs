@@ -302,6 +302,7 @@ impl Run {
             updates: self.counts[1],
             force_steps: self.counts[2],
             displacement_steps: self.counts[3],
+            exchange: exchanged(plan),
             tolerance: case.alternation.tolerance,
             residual: self.checks.residual,
             ranks: world.size() as usize,
@@ -329,6 +330,15 @@ impl Run {
             diagnosis: self.diagnosis,
         }
     }
+}
+
+/// What the groups sent each other. Every rank of a reduction has counted it. Collective.
+fn exchanged(plan: &Plan) -> output::ExchangeSummary {
+    let world = &plan.groups.world;
+    let [messages, bytes, reductions] = plan.traffic.counts().map(|n| n as f64);
+    let sums = parallel::sum(world, &[messages, bytes]);
+    let reductions = parallel::max(world, &[reductions])[0];
+    output::ExchangeSummary { messages: sums[0] as u64, bytes: sums[1] as u64, reductions: reductions as u64 }
 }
 
 /// Rank 0's verdict and counts, known to all. Rank 0 is always a group's first rank. Collective.
