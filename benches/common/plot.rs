@@ -71,12 +71,11 @@ fn panels_on<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panels: &[Panel], 
     area.present().map_err(|e| e.to_string())
 }
 
-/// From the power of ten, or half of it, below all values to that above.
+/// All values, with a third of a decade free on both sides.
 fn range(values: impl Iterator<Item = f64> + Clone) -> std::ops::Range<f64> {
+    const FREE: f64 = 2.2;
     let low = values.clone().fold(f64::INFINITY, f64::min);
-    let high = values.fold(0.0, f64::max);
-    // A fifth of a decade is left free on both sides.
-    10f64.powf((low.log10() - 0.2).floor())..10f64.powf((high.log10() + 0.2).ceil())
+    low / FREE..FREE * values.fold(0.0, f64::max)
 }
 
 fn one<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panel: &Panel, scale: u32) -> Drawn {
@@ -86,6 +85,7 @@ fn one<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panel: &Panel, scale: u3
     let mut chart = ChartBuilder::on(area)
         .caption(&panel.title, (FONT, (18 * scale) as i32, FontStyle::Bold).into_font().color(&INK))
         .margin(14 * scale)
+        .margin_right(24 * scale)
         .x_label_area_size(46 * scale)
         .y_label_area_size(74 * scale)
         .build_cartesian_2d(ranges.0.log_scale(), ranges.1.log_scale())
@@ -134,14 +134,14 @@ fn one<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panel: &Panel, scale: u3
         .map_err(|e| e.to_string())
 }
 
-/// 0.01, 0.1, 1, 10, 100 as they are, beyond as a power of ten.
+/// 0.001 to 1000 as they are, beyond as a power of ten.
 fn power(value: f64) -> String {
     let exponent = value.log10().round() as i32;
     if (value / 10f64.powi(exponent) - 1.0).abs() > 1e-6 {
         return String::new();
     }
     match exponent {
-        -2..=4 => format!("{}", 10f64.powi(exponent)),
+        -3..=3 => format!("{}", 10f64.powi(exponent)),
         _ => {
             let digits = exponent.unsigned_abs().to_string();
             let raised = digits
