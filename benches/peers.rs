@@ -75,7 +75,7 @@ impl Program {
     }
 
     /// Peak pressure of a run, Pa.
-    fn peak(self, pair: &Pair, directory: &Path) -> Result<f64> {
+    fn peak(self, directory: &Path) -> Result<f64> {
         let found = match self {
             Kontakt => {
                 let text =
@@ -86,7 +86,6 @@ impl Program {
             GetFem => getfem::peak(directory),
             CalculiX => calculix::peak(directory),
         };
-        let _ = pair;
         found.ok_or_else(|| Error::internal(format!("{} has left no contact pressure", self.name())))
     }
 
@@ -97,7 +96,7 @@ impl Program {
         let errors = log.try_clone().map_err(Error::internal)?;
         let mut command = self.command(pair, dofs, directory);
         command.env("OMP_NUM_THREADS", "1").stdout(log).stderr(Stdio::from(errors));
-        let done = process::run(&mut command).and_then(|spent| Ok((spent, self.peak(pair, directory)?)));
+        let done = process::run(&mut command).and_then(|spent| Ok((spent, self.peak(directory)?)));
         if done.is_err() {
             let said = std::fs::read_to_string(&file).unwrap_or_default();
             eprintln!(
@@ -130,7 +129,7 @@ struct Row {
 }
 
 /// Runs of all programs in turn, the cheapest of each.
-fn measure(dofs: f64, repetitions: usize, directory: &Path) -> Result<(usize, Pair, Vec<(Spent, f64)>)> {
+fn measure(dofs: f64, repetitions: usize, directory: &Path) -> Result<(usize, Vec<(Spent, f64)>)> {
     let pair = Pair::new(&common::sized_case(dofs, &[])?)?;
     let count = pair.meshes.iter().map(|m| 2 * m.points.len()).sum();
     for program in Program::ALL {
@@ -145,7 +144,7 @@ fn measure(dofs: f64, repetitions: usize, directory: &Path) -> Result<(usize, Pa
             }
         }
     }
-    Ok((count, pair, best.into_iter().flatten().collect()))
+    Ok((count, best.into_iter().flatten().collect()))
 }
 
 fn main() -> Result<()> {
@@ -157,11 +156,11 @@ fn main() -> Result<()> {
 }
 
 fn all(directory: &Path) -> Result<()> {
-    let (_, _, empty) = measure(EMPTY.0, EMPTY.1, directory)?;
+    let (_, empty) = measure(EMPTY.0, EMPTY.1, directory)?;
     let empty: Vec<Spent> = empty.into_iter().map(|(spent, _)| spent).collect();
     let mut rows = Vec::new();
     for (size, repetitions) in SIZES {
-        let (dofs, pair, runs) = measure(size, repetitions, directory)?;
+        let (dofs, runs) = measure(size, repetitions, directory)?;
         for ((program, empty), (spent, peak)) in std::iter::zip(std::iter::zip(Program::ALL, &empty), runs) {
             let setting = match program {
                 Kontakt => String::new(),
@@ -171,7 +170,6 @@ fn all(directory: &Path) -> Result<()> {
             let error = peak / common::PEAK - 1.0;
             rows.push(Row { program, dofs, spent, net: spent.cpu - empty.cpu, error, setting });
         }
-        drop(pair);
     }
     common::write_page("peers.md", &page(&rows, &empty))?;
     common::plot::draw("peers", &panels(&rows))?;
@@ -232,12 +230,11 @@ fn panels(rows: &[Row]) -> [Panel; 2] {
     let curves = |point: fn(&Row) -> (f64, f64, String)| {
         let curve = |program: Program| Curve {
             name: program.name().into(),
+            below: false,
             points: rows.iter().filter(|r| r.program == program).map(point).collect(),
         };
         Program::ALL.map(curve).into()
     };
-    let thousands = |dofs: usize| format!("{:.0}k", dofs as f64 / 1e3);
-    let _ = thousands;
     [
         Panel {
             title: "Work and precision".into(),

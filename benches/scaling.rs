@@ -13,9 +13,9 @@ use kontakt::{Error, Result};
 use plotters::chart::SeriesLabelPosition;
 
 /// About how many unknowns, and how often.
-const SIZES: [(f64, usize); 5] = [(1e3,1), (5e3, 1), (10e3,1), (20e3, 1), (30e3,1)];
+const SIZES: [(f64, usize); 5] = [(5e3, 7), (20e3, 5), (80e3, 3), (320e3, 2), (1e6, 2)];
 /// The same where one rank is compared with two.
-const RANKS: [(f64, usize); 2] = [(20e3, 2), (80e3, 2)];
+const RANKS: [(f64, usize); 2] = [(80e3, 5), (320e3, 3)];
 /// Unknowns of the run that shows the start-up, and its repetitions.
 const EMPTY: (f64, usize) = (300.0, 9);
 /// Unknowns where the answers are compared, and repetitions.
@@ -121,9 +121,11 @@ impl Sizes {
     }
 
     fn panels(&self) -> [Panel; 2] {
-        let curve = |name: &str, runs: &[Done], y: &dyn Fn(&Done) -> f64| Curve {
+        let digits = |value: f64| if value < 10.0 { format!("{value:.1}") } else { format!("{value:.0}") };
+        let curve = |name: &str, runs: &[Done], y: &dyn Fn(&Done) -> f64, below: bool| Curve {
             name: name.into(),
-            points: runs.iter().map(|d| (d.sum("dofs") as f64, y(d), format!("{:.2}", y(d)))).collect(),
+            below,
+            points: runs.iter().map(|d| (d.sum("dofs") as f64, y(d), digits(y(d)))).collect(),
         };
         let cost = |done: &Done| self.per_dof(done);
         let memory = |done: &Done| 1024.0 * done.spent.peak_mb / done.sum("dofs") as f64;
@@ -135,7 +137,10 @@ impl Sizes {
             legend: SeriesLabelPosition::UpperRight,
         };
         let both = |y: &dyn Fn(&Done) -> f64| {
-            vec![curve("contact", &self.contact, y), curve("no contact (linear)", &self.linear, y)]
+            vec![
+                curve("contact", &self.contact, y, false),
+                curve("no contact (linear)", &self.linear, y, true),
+            ]
         };
         [
             panel("CPU time for an unknown", "CPU time less start-up, µs / unknown", both(&cost)),

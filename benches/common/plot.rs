@@ -16,10 +16,11 @@ const GRID: RGBColor = RGBColor(226, 226, 226);
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
 
-/// A curve; points with a text have it written beside them.
+/// A curve; points with a text have it written beside them, above or below.
 pub struct Curve {
     pub name: String,
     pub points: Vec<(f64, f64, String)>,
+    pub below: bool,
 }
 
 /// A diagram.
@@ -117,7 +118,7 @@ fn one<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panel: &Panel, scale: u3
         let dots = line.map(|p| Circle::new(p, 5 * scale, colour.filled()));
         chart.draw_series(dots).map_err(|e| e.to_string())?;
         let labels = curve.points.iter().map(|(x, y, label)| {
-            let place = (8 * scale as i32, -(18 * scale as i32));
+            let place = (8 * scale as i32, scale as i32 * if curve.below { 6 } else { -18 });
             EmptyElement::at((*x, *y)) + Text::new(label.clone(), place, text(12).color(&colour))
         });
         chart.draw_series(labels).map_err(|e| e.to_string())?;
