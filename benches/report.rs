@@ -136,7 +136,7 @@ fn peers(rows: &[Value]) -> Option<String> {
         })
         .collect();
     Some(format!(
-        "- the same Hertz mesh with {} unknowns takes {}, each at its\n  best setting: [peers](docs/benchmarks/peers.md)",
+        "- the same Hertz mesh with {} unknowns, quad4, takes kontakt {},\n  each at its best setting: [peers](docs/benchmarks/peers.md)",
         round(dofs),
         others?.join(",\n  ")
     ))
