@@ -230,7 +230,6 @@ fn panels(rows: &[Row]) -> [Panel; 2] {
     let curves = |point: fn(&Row) -> (f64, f64, String)| {
         let curve = |program: Program| Curve {
             name: program.name().into(),
-            below: false,
             points: rows.iter().filter(|r| r.program == program).map(point).collect(),
         };
         Program::ALL.map(curve).into()

@@ -112,6 +112,12 @@ impl Sizes {
             self.contact[SIZES.len() - 1].sum("dofs"),
             self.growth()
         );
+        let largest = &self.contact[SIZES.len() - 1].spent;
+        text += &format!(
+            "Wall seconds of the largest run over its CPU seconds: {:.2}. Well above 1, the machine had other work, and what follows in wall \
+             seconds says\nlittle.\n\n",
+            largest.wall / largest.cpu
+        );
         text += "Where the wall seconds go, with contact:\n\n";
         text += &phases(&self.contact);
         text += "\nWithout contact, which is a linear run; the last column is the part of the whole run that is not factorisation, solve or \
@@ -122,10 +128,12 @@ impl Sizes {
 
     fn panels(&self) -> [Panel; 2] {
         let digits = |value: f64| if value < 10.0 { format!("{value:.1}") } else { format!("{value:.0}") };
-        let curve = |name: &str, runs: &[Done], y: &dyn Fn(&Done) -> f64, below: bool| Curve {
+        let curve = |name: &str, runs: &[Done], y: &dyn Fn(&Done) -> f64, labelled: bool| Curve {
             name: name.into(),
-            below,
-            points: runs.iter().map(|d| (d.sum("dofs") as f64, y(d), digits(y(d)))).collect(),
+            points: runs
+                .iter()
+                .map(|d| (d.sum("dofs") as f64, y(d), if labelled { digits(y(d)) } else { String::new() }))
+                .collect(),
         };
         let cost = |done: &Done| self.per_dof(done);
         let memory = |done: &Done| 1024.0 * done.spent.peak_mb / done.sum("dofs") as f64;
@@ -138,8 +146,8 @@ impl Sizes {
         };
         let both = |y: &dyn Fn(&Done) -> f64| {
             vec![
-                curve("contact", &self.contact, y, false),
-                curve("no contact (linear)", &self.linear, y, true),
+                curve("contact", &self.contact, y, true),
+                curve("no contact (linear)", &self.linear, y, false),
             ]
         };
         [
@@ -159,6 +167,7 @@ impl Sizes {
                 "kb_per_dof": 1024.0 * contact.spent.peak_mb / contact.sum("dofs") as f64,
                 "seconds": contact.summary["seconds"],
                 "linear_cpu_seconds": self.net(linear),
+                "linear_peak_mb": linear.spent.peak_mb,
                 "linear_seconds": linear.summary["seconds"],
                 "assembly_and_setup_share": share(linear),
             })

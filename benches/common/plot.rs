@@ -16,11 +16,10 @@ const GRID: RGBColor = RGBColor(226, 226, 226);
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
 
-/// A curve; points with a text have it written beside them, above or below.
+/// A curve; points with a text have it written beside them.
 pub struct Curve {
     pub name: String,
     pub points: Vec<(f64, f64, String)>,
-    pub below: bool,
 }
 
 /// A diagram.
@@ -118,7 +117,7 @@ fn one<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panel: &Panel, scale: u3
         let dots = line.map(|p| Circle::new(p, 5 * scale, colour.filled()));
         chart.draw_series(dots).map_err(|e| e.to_string())?;
         let labels = curve.points.iter().map(|(x, y, label)| {
-            let place = (8 * scale as i32, scale as i32 * if curve.below { 6 } else { -18 });
+            let place = (8 * scale as i32, -(18 * scale as i32));
             EmptyElement::at((*x, *y)) + Text::new(label.clone(), place, text(12).color(&colour))
         });
         chart.draw_series(labels).map_err(|e| e.to_string())?;
@@ -135,20 +134,23 @@ fn one<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panel: &Panel, scale: u3
         .map_err(|e| e.to_string())
 }
 
-/// 0.001 to 1000 as they are, beyond as a power of ten.
+/// 1, 2 and 5 times a power of ten: as they are from 0.001 to 1000, beyond as a power. Other ticks have no label.
 fn power(value: f64) -> String {
-    let exponent = value.log10().round() as i32;
-    if (value / 10f64.powi(exponent) - 1.0).abs() > 1e-6 {
+    let exponent = (value.log10() + 1e-9).floor() as i32;
+    let digit = value / 10f64.powi(exponent);
+    let is = |wanted: f64| (digit / wanted - 1.0).abs() < 1e-6;
+    if (-3..=3).contains(&exponent) {
+        return if is(1.0) || is(2.0) || is(5.0) {
+            format!("{:.*}", (-exponent).max(0) as usize, value)
+        } else {
+            String::new()
+        };
+    }
+    if !is(1.0) {
         return String::new();
     }
-    match exponent {
-        -3..=3 => format!("{}", 10f64.powi(exponent)),
-        _ => {
-            let digits = exponent.unsigned_abs().to_string();
-            let raised = digits
-                .bytes()
-                .map(|d| ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][usize::from(d - b'0')]);
-            format!("10{}{}", if exponent < 0 { "⁻" } else { "" }, raised.collect::<String>())
-        }
-    }
+    let digits = exponent.unsigned_abs().to_string();
+    let raised =
+        digits.bytes().map(|d| ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][usize::from(d - b'0')]);
+    format!("10{}{}", if exponent < 0 { "⁻" } else { "" }, raised.collect::<String>())
 }
