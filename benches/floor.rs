@@ -5,27 +5,27 @@
 //! Two half discs (cases/hertz-line) at four sizes of mesh, on 1 and on 2 ranks, from the assembled matrices to the
 //! displacements. Linear: one Cholesky factorisation and one solve by MUMPS of the matrix in which the matching nodes of
 //! the two surfaces over the width of contact are one node, in the faster of two orderings. All are measured in turn; medians.
+mod common;
+
+use common::{FORCE, HALF_WIDTH, PEAK, argument, median};
 use kontakt::{
     Error, Result,
     body::{AssembledBody, Body, ResponseKind},
-    case::{self, BodyCase, Case, Region},
+    case::{BodyCase, Case, Region},
     mesh::{Cell, Facet, Mesh},
     petsc::{self, Ksp, Vector},
     simulation::{ContactSolve, Plan, build_mesh},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use serde::{Deserialize, Serialize};
-use std::{
-    path::{Path, PathBuf},
-    process::Command,
-    time::Instant,
-};
+use std::{path::Path, process::Command, time::Instant};
 
-/// Unknowns of the case as written, and about how many are wanted.
-const CASE_DOFS: f64 = 38_104.0;
-const SIZES: [f64; 4] = [5e3, 20e3, 80e3, 300e3];
+/// About how many unknowns are wanted.
+const SIZES: [f64; 4] = [5e3, 20e3, 80e3, 320e3];
 const RANKS: [usize; 2] = [1, 2];
 const STIFFNESS: [f64; 3] = [1e-6, 1.0, 1e6];
+/// Of the other linear solvers.
+const OTHER_REPETITIONS: usize = 3;
 /// Repetitions: more where the runs are short.
 const REPETITIONS: [usize; 4] = [15, 9, 7, 5];
 
@@ -33,10 +33,21 @@ const REPETITIONS: [usize; 4] = [15, 9, 7, 5];
 /// told, and PORD, which it takes by itself otherwise.
 const ORDERINGS: [i32; 2] = [0, 4];
 
-/// Hertz for equal moduli: force, N, peak pressure, Pa, half-width, m; the first two grow with the effective modulus.
-const FORCE: f64 = 1e6;
-const PEAK: f64 = 1.212074e9;
-const HALF_WIDTH: f64 = 5.25232e-4;
+/// Other solvers of the linear system that PETSc has: name, options, largest number of ranks.
+const OTHERS: [(&str, &str, i32); 5] = [
+    (
+        "PETSc Cholesky, nested dissection",
+        "-pc_factor_mat_solver_type petsc -pc_factor_mat_ordering_type nd",
+        1,
+    ),
+    ("CHOLMOD", "-pc_factor_mat_solver_type cholmod", 1),
+    ("SuperLU", "-pc_type lu -pc_factor_mat_solver_type superlu", 1),
+    ("UMFPACK", "-pc_type lu -pc_factor_mat_solver_type umfpack", 1),
+    ("CG, GAMG", "-ksp_type cg -pc_type gamg -ksp_rtol 1e-10", 2),
+];
+
+/// A relative residual that a linear solve must reach.
+const RESIDUAL: f64 = 1e-9;
 
 /// Medians for one size on some ranks, seconds.
 #[derive(Serialize, Deserialize)]
@@ -47,7 +58,11 @@ struct Row {
     /// By ordering.
     linear_by: [f64; 2],
     contact_seconds: f64,
+    /// By the relaxed driver.
+    relaxed_seconds: f64,
     ratio: f64,
+    /// By the other solvers; none where one does not work.
+    others: Vec<Option<f64>>,
     /// Factor, condense, interface, search, alternate, recover.
     split: [f64; 6],
     alternations: usize,
@@ -68,21 +83,9 @@ struct Results {
     counts: Vec<Counts>,
 }
 
-/// The case with element sizes for about `dofs` unknowns; the upper body `ratio` times as stiff as the lower one.
+/// The case with about `dofs` unknowns; the upper body `ratio` times as stiff as the lower one.
 fn sized_case(dofs: f64, ratio: f64) -> Result<Case> {
-    let h = (CASE_DOFS / dofs).sqrt();
-    let mut sets =
-        vec![format!("material.upper.young = {:e}", 2.1e11 * ratio), "alternation.tolerance = 1e-8".into()];
-    for body in ["upper", "lower"] {
-        let key = format!("body.{body}.mesh.half_disc");
-        // A node on the axis, whatever the size.
-        sets.push(format!("{key}.angle.at = [-45, -1.2, 0, 1.2, 45]"));
-        sets.push(format!("{key}.angle.size = [{0}, {1}, {1}, {1}, {0}]", 4.0 * h, 0.05 * h));
-        sets.push(format!("{key}.depth.size = [{0:e}, {0:e}, {1}]", 8.75e-4 * h, 0.08 * h));
-        sets.push(format!("{key}.core = {}", (6.0 / h).round()));
-    }
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/hertz-line/case.toml");
-    case::read(&file, None, &sets)
+    common::sized_case(dofs, &[format!("material.upper.young = {:e}", 2.1e11 * ratio)])
 }
 
 /// Both bodies as one: nodes of the two arcs with the same x within the half-width become one, half-way.
@@ -150,11 +153,6 @@ fn timed<T>(world: &SimpleCommunicator, work: impl FnOnce() -> Result<T>) -> Res
     Ok((kontakt::parallel::max(world, &[start.elapsed().as_secs_f64()])[0], done))
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 /// One size on the ranks there are.
 fn measure(world: &SimpleCommunicator, dofs: f64, repetitions: usize) -> Result<Row> {
     let case = sized_case(dofs, 1.0)?;
@@ -163,16 +161,39 @@ fn measure(world: &SimpleCommunicator, dofs: f64, repetitions: usize) -> Result<
     let whole = Body::assemble(&body, case.analysis, &mesh, world, &[], ResponseKind::Solver)?;
     let load = whole.load();
     let (mut linear, mut contact) = ([Vec::new(), Vec::new()], Vec::new());
-    for _ in 0..repetitions {
+    let mut others = vec![Vec::new(); OTHERS.len()];
+    for repetition in 0..repetitions {
         for (ordering, seconds) in std::iter::zip(ORDERINGS, &mut linear) {
-            seconds.push(solve_linear(world, &whole, &load, ordering)?);
+            petsc::set_options(&format!("-body_glued_mat_mumps_icntl_7 {ordering}"))?;
+            let (time, residual) = solve_linear(world, &whole, &load, "body_glued_")?;
+            if residual > RESIDUAL {
+                return Err(Error::internal("the linear solve has a large residual"));
+            }
+            seconds.push(time);
+        }
+        for (i, (other, seconds)) in std::iter::zip(OTHERS, &mut others).enumerate() {
+            if repetition < OTHER_REPETITIONS && world.size() <= other.2 {
+                let prefix = format!("other{i}_");
+                petsc::set_options(&other.1.replace(" -", &format!(" -{prefix}")).replacen(
+                    '-',
+                    &format!("-{prefix}"),
+                    1,
+                ))?;
+                // One that fails is left out of the table.
+                if let Ok((time, residual)) = solve_linear(world, &whole, &load, &prefix)
+                    && residual <= RESIDUAL
+                {
+                    seconds.push(time);
+                }
+            }
         }
         contact.push(ContactSolve::run(&case, &plan)?);
     }
+    let sets = [String::from("alternation.driver = \"relaxed\"")];
+    let relaxed = ContactSolve::run(&common::sized_case(dofs, &sets)?, &plan)?;
+    contact_must_converge(&relaxed)?;
     let last = &contact[0];
-    if !contact.iter().all(|c| c.converged) {
-        return Err(Error::internal("the contact solve did not converge"));
-    }
+    contact.iter().try_for_each(contact_must_converge)?;
     let part = |part: fn(&ContactSolve) -> f64| median(contact.iter().map(part).collect());
     let linear_by = linear.map(median);
     let (linear_seconds, contact_seconds) = (linear_by[0].min(linear_by[1]), part(|c| c.seconds));
@@ -182,7 +203,9 @@ fn measure(world: &SimpleCommunicator, dofs: f64, repetitions: usize) -> Result<
         linear_seconds,
         linear_by,
         contact_seconds,
+        relaxed_seconds: relaxed.seconds,
         ratio: contact_seconds / linear_seconds,
+        others: others.into_iter().map(|s| (!s.is_empty()).then(|| median(s))).collect(),
         split: [
             part(|c| c.split.factor),
             part(|c| c.split.condense),
@@ -196,17 +219,23 @@ fn measure(world: &SimpleCommunicator, dofs: f64, repetitions: usize) -> Result<
     })
 }
 
-/// Seconds of a factorisation and a solve, the largest over the ranks.
+fn contact_must_converge(solve: &ContactSolve) -> Result<()> {
+    match solve.converged {
+        true => Ok(()),
+        false => Err(Error::internal("the contact solve did not converge")),
+    }
+}
+
+/// Seconds of set-up and a solve, the largest over the ranks, and the relative residual.
 fn solve_linear(
     world: &SimpleCommunicator,
     whole: &AssembledBody,
     load: &[f64],
-    ordering: i32,
-) -> Result<f64> {
-    petsc::set_options(&format!("-body_glued_mat_mumps_icntl_7 {ordering}"))?;
+    prefix: &str,
+) -> Result<(f64, f64)> {
     let zeros = || Vector::zeros(world, load.len());
     let (seconds, u) = timed(world, || {
-        let ksp = Ksp::new(world, whole.matrix(), "body_glued_")?;
+        let ksp = Ksp::new(world, whole.matrix(), prefix)?;
         ksp.set_up()?;
         let (b, x) = (zeros()?, zeros()?);
         b.set(load)?;
@@ -218,10 +247,7 @@ fn solve_linear(
     b.set(load)?;
     whole.matrix().times(&x, &r)?;
     r.set(&std::iter::zip(r.to_vec()?, load).map(|(ax, b)| ax - b).collect::<Vec<_>>())?;
-    match r.norm()? <= 1e-9 * b.norm()? {
-        true => Ok(seconds),
-        false => Err(Error::internal("the linear solve has a large residual")),
-    }
+    Ok((seconds, r.norm()? / b.norm()?))
 }
 
 /// Everything on the ranks there are.
@@ -288,18 +314,19 @@ fn page(results: &Results) -> String {
          orderings: AMD, which MUMPS always takes with a Schur complement, and PORD, its own choice without one, whose analysis \
          is slow.\n\
          Contact: everything a contact solve does but meshing, assembly, stresses and output; both bodies condensed.\n\n\
-         | dofs | ranks | linear s: AMD | PORD | contact s | ratio | alternations | error of force | error of peak pressure |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
+         | dofs | ranks | linear s: AMD | PORD | contact s | ratio | relaxed driver s | alternations | error of force | error of peak pressure |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for r in &results.rows {
         text += &format!(
-            "| {} | {} | {:.4} | {:.4} | {:.4} | {:.2} | {} | {:+.3} % | {:+.3} % |\n",
+            "| {} | {} | {:.4} | {:.4} | {:.4} | {:.2} | {:.3} | {} | {:+.3} % | {:+.3} % |\n",
             r.dofs,
             r.ranks,
             r.linear_by[0],
             r.linear_by[1],
             r.contact_seconds,
             r.ratio,
+            r.relaxed_seconds,
             r.alternations,
             100.0 * r.errors[0],
             100.0 * r.errors[1]
@@ -320,6 +347,15 @@ fn page(results: &Results) -> String {
              small. Condensing and\n\
              recovery are the two halves of one solve. On 2 ranks each body has a rank of its own, while the linear solve shares one \
              matrix.\n";
+    text += "\nThe same linear system by other solvers of PETSc, seconds, shown without a bound: a direct solver without Schur complement has \
+             nothing to\n\
+             condense the bodies with.\n\n| dofs | ranks |";
+    OTHERS.iter().for_each(|(name, ..)| text += &format!(" {name} |"));
+    text += &format!("\n|{}\n", "---|".repeat(OTHERS.len() + 2));
+    for r in &results.rows {
+        let seconds = r.others.iter().map(|s| s.map_or_else(|| "–".into(), |s| format!("{s:.4}")));
+        text += &format!("| {} | {} | {} |\n", r.dofs, r.ranks, seconds.collect::<Vec<_>>().join(" | "));
+    }
     text += "\nAlternations to 1e-8 by the ratio of the moduli:\n\n| dofs |";
     STIFFNESS.iter().for_each(|ratio| text += &format!(" E_A/E_B = {ratio:e} |"));
     text += &format!("\n|{}\n", "---|".repeat(STIFFNESS.len() + 1));
@@ -330,32 +366,24 @@ fn page(results: &Results) -> String {
     text
 }
 
-/// Adds this benchmark's numbers to the JSON object in `file`, which other benchmarks may have begun.
-fn write_json(file: &Path, rows: &[Row]) -> Result<()> {
-    let mut all = match std::fs::read_to_string(file) {
-        Ok(text) => serde_json::from_str(&text).map_err(Error::internal)?,
-        Err(_) => serde_json::json!({}),
-    };
-    let rows = rows.iter().map(|r| {
-        serde_json::json!({
-            "dofs": r.dofs,
-            "ranks": r.ranks,
-            "linear_seconds": r.linear_seconds,
-            "contact_seconds": r.contact_seconds,
-            "ratio": r.ratio,
-        })
-    });
-    all["floor"] = rows.collect();
-    let text = serde_json::to_string_pretty(&all).map_err(Error::internal)?;
-    std::fs::write(file, text + "\n").map_err(Error::internal)
+fn json(r: &Row) -> serde_json::Value {
+    let fastest = std::iter::zip(OTHERS, &r.others).filter_map(|(o, s)| Some((o.0, (*s)?)));
+    let fastest = fastest.min_by(|a, b| a.1.total_cmp(&b.1));
+    serde_json::json!({
+        "dofs": r.dofs,
+        "ranks": r.ranks,
+        "linear_seconds": r.linear_seconds,
+        "contact_seconds": r.contact_seconds,
+        "relaxed_seconds": r.relaxed_seconds,
+        "ratio": r.ratio,
+        "relaxed_ratio": r.relaxed_seconds / r.linear_seconds,
+        "fastest_other": fastest.map(|f| f.0),
+        "fastest_other_seconds": fastest.map(|f| f.1),
+    })
 }
 
 fn main() -> Result<()> {
-    let arguments: Vec<String> = std::env::args().collect();
-    let value = |key: &str| {
-        arguments.iter().position(|a| a == key).and_then(|i| arguments.get(i + 1)).map(PathBuf::from)
-    };
-    if let Some(file) = value("--worker") {
+    if let Some(file) = argument("--worker") {
         return worker(&file);
     }
     let mut all = Results::default();
@@ -364,14 +392,10 @@ fn main() -> Result<()> {
         all.rows.extend(results.rows);
         all.counts.extend(results.counts);
     }
-    let text = page(&all);
-    println!("{text}");
-    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/benchmarks");
-    std::fs::create_dir_all(&directory)
-        .and_then(|()| std::fs::write(directory.join("floor.md"), text))
-        .map_err(Error::internal)?;
-    if let Some(file) = value("--json") {
-        write_json(&file, &all.rows)?;
-    }
-    Ok(())
+    common::write_page("floor.md", &page(&all))?;
+    let counts = all.counts.iter().map(
+        |c| serde_json::json!({ "dofs": c.dofs, "stiffness": STIFFNESS, "alternations": c.alternations }),
+    );
+    common::add_json("alternations", counts.collect())?;
+    common::add_json("floor", all.rows.iter().map(json).collect())
 }

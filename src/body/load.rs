@@ -46,12 +46,12 @@ pub(super) struct Loads {
 }
 
 impl Body {
-    /// Sets the factors on loads, prescribed displacements and temperature. Responses must be
-    /// [reloaded](Body::reload). The stiffness is factorised again only if it varies with a temperature that
+    /// Sets the factors on loads, prescribed displacements and temperature. True if they have changed: responses must
+    /// then be [reloaded](Body::reload). The stiffness is factorised again only if it varies with a temperature that
     /// changes. Collective.
-    pub fn set_load(&mut self, factors: LoadFactors, group: &SimpleCommunicator) -> Result<()> {
+    pub fn set_load(&mut self, factors: LoadFactors, group: &SimpleCommunicator) -> Result<bool> {
         if factors == self.loads.factors {
-            return Ok(());
+            return Ok(false);
         }
         let heated =
             factors.temperature != self.loads.factors.temperature && self.given_temperature.is_some();
@@ -66,7 +66,7 @@ impl Body {
             }
         }
         self.combine_loads();
-        Ok(())
+        Ok(true)
     }
 
     /// At the current temperatures; factorises if the stiffness has changed. Collective.

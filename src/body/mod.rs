@@ -199,7 +199,8 @@ impl Body {
         let constraints = &self.model.constraints;
         let contact = constraints.to_frames(contact, self.part.dim);
         let rhs: Vec<f64> = std::iter::zip(&self.loads.current, contact).map(|(f, c)| f + c).collect();
-        let u = constraints.from_frames(&self.system.solve_refined(group, &rhs)?, self.part.dim);
+        let x = self.system.solve(group, &rhs)?;
+        let u = constraints.from_frames(&self.system.refine(group, &rhs, x)?, self.part.dim);
         self.fill_slaves(group, u)
     }
 

@@ -95,6 +95,9 @@ impl Body {
             let solved = self.system.interface_factor().map_or(Ok(()), |s| s.solve(&mut u));
             crate::parallel::agree(group, solved)?;
             u
+        } else if self.interface.nodes.is_empty() {
+            // Nothing touches it: there is nothing to answer.
+            Vec::new()
         } else {
             let x = self.system.solve_refined(group, &self.loads.current)?;
             self.interface.dofs(dim).into_iter().map(|dof| x[dof]).collect()

@@ -11,8 +11,8 @@ use crate::{
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{cell::Cell, rc::Rc, time::Instant};
 
-/// A relative residual above this, and above what rounding the product A x alone leaves, gets a condensed body one step
-/// of iterative refinement.
+/// A relative residual above this, and above what rounding the product A x alone leaves, gets the final displacements of a
+/// body one step of iterative refinement.
 const REFINE: f64 = 1e-12;
 
 /// Counters that a body shares with its responses.

@@ -33,6 +33,8 @@ pub struct Summary {
     pub force_steps: u64,
     /// Displacement steps: all bodies, or their approximations, answered gaps with contact forces.
     pub displacement_steps: u64,
+    /// What the rank groups sent each other.
+    pub exchange: ExchangeSummary,
     /// Tolerance of the stop test.
     pub tolerance: f64,
     /// True if it followed the discretisation error.
@@ -107,6 +109,17 @@ impl ErrorEstimate {
     pub fn of(estimate: &Estimate) -> ErrorEstimate {
         ErrorEstimate { energy: estimate.energy, contact_pressure: estimate.contact_pressure }
     }
+}
+
+/// What the rank groups sent each other, sums over the ranks; nothing where one rank has all bodies.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct ExchangeSummary {
+    /// Messages from group to group.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Reductions over the groups.
+    pub reductions: u64,
 }
 
 /// A rigid motion of a body that its supports leave free.
@@ -423,6 +436,7 @@ mod tests {
             updates: 2,
             force_steps: 6,
             displacement_steps: 5,
+            exchange: ExchangeSummary::default(),
             tolerance: 1e-8,
             tolerance_automatic: true,
             residual: 1e-14,
@@ -458,7 +472,7 @@ mod tests {
     #[test]
     fn keys_are_those_promised() {
         let json: Value = serde_json::from_str(&summary().to_json().unwrap()).unwrap();
-        let top = "alternations bodies case checks converged diagnosis displacement_steps driver error_estimate force_steps free_modes kontakt \
+        let top = "alternations bodies case checks converged diagnosis displacement_steps driver error_estimate exchange force_steps free_modes kontakt \
                    pairs peak_memory_mb probes ranks reason residual schema seconds tolerance tolerance_automatic transfer updates variant warnings";
         assert_eq!(keys(&json).join(" "), top);
         assert_eq!(

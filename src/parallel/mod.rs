@@ -5,7 +5,7 @@ mod deal;
 mod exchange;
 
 pub use deal::{Share, deal};
-pub use exchange::{Exchange, Partner};
+pub use exchange::{Exchange, Partner, Traffic};
 
 use crate::error::{Error, Result};
 use mpi::{

@@ -88,7 +88,11 @@ fn run(
         End { pair: 0, multiplier: true, body: 0, rows: 0..n },
         End { pair: 0, multiplier: false, body: 1, rows: 0..n },
     ];
-    let exchange = Exchange { comm: None, partners: vec![Partner::Here(1), Partner::Here(0)] };
+    let exchange = Exchange {
+        comm: None,
+        partners: vec![Partner::Here(1), Partner::Here(0)],
+        traffic: Default::default(),
+    };
     let first = [0, bodies[0].modes.len()];
     let n_modes = bodies.iter().map(|b| b.modes.len()).sum();
     bodies.iter_mut().for_each(|b| b.scale = b.work.iter().map(|w| w.abs()).collect());
@@ -206,7 +210,11 @@ fn feasible_steps_find_the_same_solution() {
         End { pair: 0, multiplier: true, body: 0, rows: 0..n },
         End { pair: 0, multiplier: false, body: 1, rows: 0..n },
     ];
-    let exchange = Exchange { comm: None, partners: vec![Partner::Here(1), Partner::Here(0)] };
+    let exchange = Exchange {
+        comm: None,
+        partners: vec![Partner::Here(1), Partner::Here(0)],
+        traffic: Default::default(),
+    };
     let rows = [
         PairRows { gap, stiffness: 0.75, compliance_ratio: 1.0 / 3.0, ..PairRows::default() },
         PairRows::default(),

@@ -59,7 +59,11 @@ fn errors(km: f64, ks: f64, weights: Weights, overlap: Overlap, offset: f64, n: 
         }
     };
     let sides = [side(true), side(false)];
-    let exchange = Exchange { comm: None, partners: vec![Partner::Here(1), Partner::Here(0)] };
+    let exchange = Exchange {
+        comm: None,
+        partners: vec![Partner::Here(1), Partner::Here(0)],
+        traffic: Default::default(),
+    };
     let settings = Settings { weights, tolerance: 1e-12, max_alternations: 100 };
     let mut alternation = Alternation::new(&mut bars, &sides, &exchange, settings).unwrap();
     let exact = -ks / (km + ks);

@@ -145,8 +145,10 @@ impl Active {
         let group = &plan.groups.group;
         let loaded =
             std::iter::zip(&mut self.bodies, &mut self.responses).try_for_each(|(body, response)| {
-                body.set_load(factors, group)?;
-                body.reload(group, response)
+                if body.set_load(factors, group)? {
+                    body.reload(group, response)?;
+                }
+                Ok(())
             });
         agree(&plan.groups.world, loaded)?;
         if step.number > 1 {

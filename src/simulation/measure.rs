@@ -2,15 +2,18 @@
 use super::{
     Plan,
     active::{Active, Step},
+    found::Found,
     pairs::pair_results,
+    relaxed::Relaxed,
 };
 use crate::{
     body::{Cost, LoadFactors},
-    case::Case,
+    case::{Case, Driver, Weights},
     error::Result,
     output::PairSummary,
     parallel,
 };
+use std::time::Instant;
 
 /// A contact solve from the assembled matrices to the displacements of all bodies; the same on all ranks.
 #[derive(Debug, Clone)]
@@ -49,8 +52,27 @@ pub struct ContactSplit {
 }
 
 impl ContactSolve {
-    /// Solves a case of one load step by the active-set driver. Collective.
+    /// Solves a case of one load step by its driver; the relaxed one has no split. Collective.
     pub fn run(case: &Case, plan: &Plan) -> Result<ContactSolve> {
+        match case.alternation.driver {
+            Driver::ActiveSet => Self::by_active_set(case, plan),
+            Driver::Relaxed(weights) => Self::by_relaxation(case, plan, weights),
+        }
+    }
+
+    fn by_relaxation(case: &Case, plan: &Plan, weights: Weights) -> Result<ContactSolve> {
+        let world = &plan.groups.world;
+        let start = Instant::now();
+        // It builds its own plan.
+        let (own, mut relaxed) = Relaxed::new(case, world, weights)?;
+        let before: f64 = own.seconds + relaxed.bodies.iter().map(|b| b.cost().assemble).sum::<f64>();
+        let exchange = own.exchange(case);
+        let (found, _) = relaxed.step(case, &own, &exchange, |_| {})?;
+        let seconds = start.elapsed().as_secs_f64() - before;
+        Self::of(case, &own, found, &[seconds, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    fn by_active_set(case: &Case, plan: &Plan) -> Result<ContactSolve> {
         let exchange = plan.exchange(case);
         let mut active = Active::new(case, plan, &exchange)?;
         let cost = |active: &Active| {
@@ -75,8 +97,13 @@ impl ContactSolve {
             clock.step - clock.recover - in_step,
             clock.recover,
         ];
+        Self::of(case, plan, found, &seconds)
+    }
+
+    /// With the seconds of this rank, in all and of the parts. Collective.
+    fn of(case: &Case, plan: &Plan, found: Found, seconds: &[f64]) -> Result<ContactSolve> {
         let world = &plan.groups.world;
-        let s = parallel::max(world, &seconds);
+        let s = parallel::max(world, seconds);
         let (pairs, ..) = pair_results(case, &found, world, &mut Vec::new());
         let mut reason = found.reason;
         let counts =

@@ -300,6 +300,7 @@ impl Run {
             updates: self.counts[1],
             force_steps: self.counts[2],
             displacement_steps: self.counts[3],
+            exchange: exchanged(plan),
             tolerance: self.tolerance,
             tolerance_automatic: case.alternation.tolerance == case::Tolerance::Automatic,
             residual: self.checks.residual,
@@ -342,6 +343,15 @@ fn multiplier_sides<'a>(plan: &'a Plan, found: &'a Found) -> Vec<MultiplierSide<
         Some(MultiplierSide { pair, side, surface, table: &end.table })
     };
     ends.filter_map(side).collect()
+}
+
+/// What the groups sent each other. Every rank of a reduction has counted it. Collective.
+fn exchanged(plan: &Plan) -> output::ExchangeSummary {
+    let world = &plan.groups.world;
+    let [messages, bytes, reductions] = plan.traffic.counts().map(|n| n as f64);
+    let sums = parallel::sum(world, &[messages, bytes]);
+    let reductions = parallel::max(world, &[reductions])[0];
+    output::ExchangeSummary { messages: sums[0] as u64, bytes: sums[1] as u64, reductions: reductions as u64 }
 }
 
 /// Rank 0's verdict and counts, known to all. Rank 0 is always a group's first rank. Collective.

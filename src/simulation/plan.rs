@@ -5,9 +5,10 @@ use crate::{
     contact::Surface,
     error::{Error, Result},
     mesh::{self, Mesh},
-    parallel::{self, Exchange, Groups, Partner, agree},
+    parallel::{self, Exchange, Groups, Partner, Traffic, agree},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
+use std::rc::Rc;
 
 /// What `kontakt check` reports, and what a run starts from: meshes checked, ranks dealt, bodies restrained.
 pub struct Plan {
@@ -25,6 +26,8 @@ pub struct Plan {
     floating: Vec<bool>,
     /// Wall seconds it took.
     pub(super) seconds: f64,
+    /// Sent between the groups so far.
+    pub(super) traffic: Rc<Traffic>,
 }
 
 /// Builds a body's mesh.
@@ -98,8 +101,16 @@ impl Plan {
         });
         let meshes = agree(world, meshes.collect::<Result<Vec<Mesh>>>())?;
         let floating = vec![false; case.bodies.len()];
-        let mut plan =
-            Plan { dofs, groups, meshes, surfaces: Vec::new(), ends: Vec::new(), floating, seconds: 0.0 };
+        let mut plan = Plan {
+            dofs,
+            groups,
+            meshes,
+            surfaces: Vec::new(),
+            ends: Vec::new(),
+            floating,
+            seconds: 0.0,
+            traffic: Rc::default(),
+        };
         let found = plan.find_surfaces(case);
         agree(world, found)?;
         if let Driver::Relaxed(_) = case.alternation.driver {
@@ -231,7 +242,11 @@ impl Plan {
 
     /// The exchange between this rank's surfaces and their partners'.
     pub fn exchange(&self, case: &Case) -> Exchange<'_> {
-        Exchange { comm: self.groups.roots.as_ref(), partners: self.partners(case) }
+        Exchange {
+            comm: self.groups.roots.as_ref(),
+            partners: self.partners(case),
+            traffic: self.traffic.clone(),
+        }
     }
 
     /// Partners of this rank's surfaces.

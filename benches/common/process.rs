@@ -1,0 +1,36 @@
+//! Processes and what they cost.
+use kontakt::{Error, Result};
+use std::{process::Command, time::Instant};
+
+/// What a process and those it waited for have spent.
+#[derive(Debug, Clone, Copy)]
+pub struct Spent {
+    /// CPU seconds, of the user and of the system.
+    pub cpu: f64,
+    /// Wall seconds.
+    pub wall: f64,
+    /// Largest resident memory of one process, MB.
+    pub peak_mb: f64,
+}
+
+/// Runs a command to its end; an error if it fails.
+pub fn run(command: &mut Command) -> Result<Spent> {
+    let start = Instant::now();
+    let name = command.get_program().to_string_lossy().into_owned();
+    let child = command.spawn().map_err(|e| Error::internal(format!("{name}: {e}")))?;
+    let (mut status, pid) = (0, child.id() as libc::pid_t);
+    // SAFETY: all zeros is a valid rusage, which wait4 fills in; the child is waited for here only.
+    let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
+    if unsafe { libc::wait4(pid, &mut status, 0, &mut usage) } != pid {
+        return Err(Error::internal(format!("{name}: {}", std::io::Error::last_os_error())));
+    }
+    if !libc::WIFEXITED(status) || libc::WEXITSTATUS(status) != 0 {
+        return Err(Error::internal(format!("{name} failed (status {status})")));
+    }
+    let seconds = |t: libc::timeval| t.tv_sec as f64 + 1e-6 * t.tv_usec as f64;
+    Ok(Spent {
+        cpu: seconds(usage.ru_utime) + seconds(usage.ru_stime),
+        wall: start.elapsed().as_secs_f64(),
+        peak_mb: usage.ru_maxrss as f64 / 1024.0,
+    })
+}
