@@ -115,8 +115,7 @@ pub(super) fn read(case: &Fields<'_>) -> Option<AlternationCase> {
     let Some(fields) = case.table("alternation") else {
         return (!case.has("alternation")).then(AlternationCase::default);
     };
-    let in_range = |value: f64| value > 0.0 && value <= 1e-2;
-    let tolerance = fields.number_if("tolerance", in_range, "must be in (0, 1e-2]");
+    let tolerance = fields.number_if("tolerance", is_tolerance, TOLERANCE_RULE);
     let max_alternations = fields.count("max_alternations");
     let (driver, transfer) = (driver(&fields), fields.choice("transfer"));
     let driver = driver?;
@@ -139,6 +138,14 @@ pub(super) fn read(case: &Fields<'_>) -> Option<AlternationCase> {
     })
 }
 
+/// What `tolerance` may be.
+pub(super) const TOLERANCE_RULE: &str = "must be in (0, 1e-2]";
+
+/// True for what [`TOLERANCE_RULE`] says.
+pub(super) fn is_tolerance(value: f64) -> bool {
+    value > 0.0 && value <= 1e-2
+}
+
 /// `driver` with its `weights`.
 fn driver(fields: &Fields<'_>) -> Option<Driver> {
     let given = fields.field("weights");
@@ -156,7 +163,8 @@ fn driver(fields: &Fields<'_>) -> Option<Driver> {
     }
 }
 
-fn weights(field: &Field<'_>) -> Option<Weights> {
+/// One of the names, or a number in (0, 1).
+pub(super) fn weights(field: &Field<'_>) -> Option<Weights> {
     const NAMED: [(&str, Weights); 5] = [
         ("response", Weights::Response),
         ("response per surface", Weights::ResponseSurface),
