@@ -6,6 +6,7 @@ pub mod case;
 pub mod contact;
 pub mod element;
 pub mod error;
+pub mod estimate;
 pub mod material;
 pub mod mesh;
 pub mod output;

@@ -1,6 +1,11 @@
 //! Strains, stresses and the balance of forces from the displacements.
 use super::{Body, assembly};
-use crate::{contact::vector::dot, element::MAX_NODES, error::Result, mesh::Cell};
+use crate::{
+    contact::vector::dot,
+    element::{ElementKind, MAX_NODES, PointLaw, QuadraturePoint, SolidElement},
+    error::Result,
+    mesh::Cell,
+};
 
 /// Tensors are (xx, yy, zz, xy, yz, xz).
 type Tensor = [f64; 6];
@@ -20,6 +25,17 @@ pub struct Fields {
     pub cell_stress: Vec<Tensor>,
     /// Means over own cells.
     pub cell_strain: Vec<Tensor>,
+    /// In the plane (11, 22, 12), at the element's points of every cell of the part, one cell after the other, Pa.
+    point_stress: Vec<[f64; 3]>,
+    /// Where each cell begins in it, and the end.
+    first_point: Vec<u32>,
+}
+
+impl Fields {
+    /// Stresses in the plane (11, 22, 12) at the element's points of a cell of the part, Pa.
+    pub fn points_of(&self, cell: usize) -> &[[f64; 3]] {
+        &self.point_stress[self.first_point[cell] as usize..self.first_point[cell + 1] as usize]
+    }
 }
 
 /// Sums over this rank's share that must balance over the group.
@@ -52,6 +68,8 @@ impl Body {
             temperature: self.temperature.as_ref().map(|t| t[..part.n_local].to_vec()),
             stress: vec![[0.0; 6]; part.n_local],
             strain: vec![[0.0; 6]; part.n_local],
+            point_stress: Vec::with_capacity(4 * part.cells.len()),
+            first_point: vec![0],
             ..Fields::default()
         };
         let mut count = vec![0_u32; part.n_local];
@@ -64,6 +82,8 @@ impl Body {
             let element = self.model.elements.of(cell.kind);
             let n = cell.kind.n_nodes();
             let in_plane: Vec<[f64; 3]> = work.stress.iter().map(|s| [s[0], s[1], s[3]]).collect();
+            fields.point_stress.extend(&in_plane);
+            fields.first_point.push(fields.point_stress.len() as u32);
             let f = &mut work.force[..n * dim];
             element.internal_force(&work.x[..n], self.model.thickness, &in_plane, f)?;
             for (a, &node) in cell.nodes().iter().enumerate() {
@@ -130,6 +150,51 @@ impl Body {
             work.strain.push(self.model.law.strain(*strain, *t));
         }
         Ok(())
+    }
+
+    /// Stresses in the plane (11, 22, 12), Pa, at `points` of a cell, added to `stresses`; `u` as in [`Body::recover`].
+    pub fn stresses_at(
+        &self,
+        cell: &Cell,
+        u: &[f64],
+        points: &[QuadraturePoint],
+        stresses: &mut Vec<[f64; 3]>,
+    ) -> Result<()> {
+        let (dim, n) = (self.part.dim, cell.kind.n_nodes());
+        let (mut x, mut own) = ([[0.0; 3]; MAX_NODES], [0.0; 3 * MAX_NODES]);
+        assembly::cell_points(&self.part, cell, &mut x);
+        for (a, &node) in cell.nodes().iter().enumerate() {
+            own[a * dim..][..dim].copy_from_slice(&u[node as usize * dim..][..dim]);
+        }
+        let mut strains = Vec::with_capacity(points.len());
+        let element = self.element(cell.kind);
+        element.strains_at(
+            points,
+            &x[..n],
+            &own[..n * dim],
+            |_, shape| self.law(cell, shape),
+            &mut strains,
+        )?;
+        let at_points = std::iter::zip(points, strains)
+            .map(|(point, strain)| self.law(cell, &cell.kind.shape(&point.xi).n[..n]).stress(strain));
+        stresses.extend(at_points);
+        Ok(())
+    }
+
+    /// The law at a point of a cell, given the shape functions there.
+    pub fn law(&self, cell: &Cell, shape: &[f64]) -> PointLaw {
+        let temperature = self.temperature.as_ref().map(|t| &t[..]);
+        self.model.law.law(assembly::temperature_at(temperature, cell, shape))
+    }
+
+    /// The element of a kind that occurs in the mesh.
+    pub fn element(&self, kind: ElementKind) -> SolidElement {
+        self.model.elements.of(kind)
+    }
+
+    /// Thickness, m.
+    pub fn thickness(&self) -> f64 {
+        self.model.thickness
     }
 
     /// Residual, resultants and work at the owned nodes.

@@ -6,7 +6,7 @@ use super::Grading;
 use super::reader::{Field, Fields};
 
 /// Most cells along one direction.
-const MOST_CELLS: usize = 1_000_000;
+pub(super) const MOST_CELLS: usize = 1_000_000;
 
 /// Cells of one interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +15,14 @@ pub(super) struct Cells {
     pub count: usize,
     /// Relative size of the first and the last cell; geometric in between.
     pub sizes: [f64; 2],
+}
+
+impl Grading {
+    /// Cuts every interval in its middle.
+    pub(super) fn halve(&mut self) {
+        let halves = self.at.windows(2).flat_map(|w| [0.5 * (w[0] + w[1]), w[1]]);
+        self.at = self.at.first().copied().into_iter().chain(halves).collect();
+    }
 }
 
 /// Reads a grading table; `ends` are the first and last position where `from` and `to` are absent.

@@ -203,6 +203,8 @@ pub enum Geometry {
         group: Option<String>,
         /// Factor on all coordinates (a mesh in mm in an SI case: 1e-3).
         scale: f64,
+        /// How often every cell is cut into four.
+        refine: usize,
         /// Where it is written.
         origin: Origin,
     },

@@ -179,6 +179,12 @@ impl<'a> Fields<'a> {
         field.count()
     }
 
+    pub fn natural(&self, key: &str, most: usize) -> Option<usize> {
+        let field = self.field(key)?;
+        field.expect(matches!(field.kind, Kind::Natural))?;
+        field.natural(most)
+    }
+
     pub fn flag(&self, key: &str) -> Option<bool> {
         let field = self.field(key)?;
         field.expect(matches!(field.kind, Kind::Flag))?;
@@ -313,6 +319,17 @@ impl<'a> Field<'a> {
             Value::Integer(n @ 1..=1_000_000) => usize::try_from(n).ok(),
             Value::Integer(_) => self.refuse("an integer from 1 to 1000000 is needed"),
             _ => self.wrong("a positive integer is needed"),
+        }
+    }
+
+    /// An integer from 0 to `most`.
+    pub fn natural(&self, most: usize) -> Option<usize> {
+        match self.node.value {
+            Value::Integer(n) => usize::try_from(n)
+                .ok()
+                .filter(|n| *n <= most)
+                .or_else(|| self.refuse(format!("an integer from 0 to {most} is needed"))),
+            _ => self.wrong("an integer, 0 or more, is needed"),
         }
     }
 

@@ -205,6 +205,7 @@ fn type_of(kind: Kind) -> String {
         Kind::Choice(choices) => choices.iter().map(|c| format!("`\"{c}\"`")).collect::<Vec<_>>().join(", "),
         Kind::Flag => "`true`, `false`".into(),
         Kind::Count => "integer > 0".into(),
+        Kind::Natural => "integer >= 0".into(),
         Kind::Number(_) => "number".into(),
         Kind::Scalar(_) => "scalar".into(),
         Kind::Property(_) => "property".into(),

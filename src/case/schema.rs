@@ -47,6 +47,8 @@ pub(super) enum Kind {
     Flag,
     /// A positive integer.
     Count,
+    /// An integer, 0 or more.
+    Natural,
     /// A number, or a string with a unit.
     Number(Dimension),
     /// A number, a string with a unit, or an expression of x, y, z.
@@ -413,6 +415,13 @@ groups name the bodies and surfaces.",
                 Number(D::NUMBER),
                 is("1"),
                 "With `file`: factor on its coordinates (mm in an SI case: 1e-3).",
+            ),
+            key(
+                "refine",
+                Natural,
+                is("0"),
+                "How often every cell is cut into four, nodes on the curved boundary (of a file's straight sides: on a \
+smooth curve through its nodes, corners of more than 40 degrees kept).",
             ),
             key(
                 "rotate",

@@ -20,6 +20,42 @@ impl Shape {
     }
 }
 
+/// Refinements after which almost any mesh is too large.
+const MOST_REFINEMENTS: usize = 16;
+
+impl Shape {
+    /// The same shape with every cell in four, `times` times: each interval of its gradings is halved.
+    fn refined(mut self, times: usize) -> Shape {
+        for _ in 0..times {
+            match &mut self {
+                Shape::Rectangle { x: a, y: b }
+                | Shape::Block { u: a, v: b, .. }
+                | Shape::Ring { radius: a, angle: b, .. } => [a, b].map(Grading::halve),
+                Shape::HalfDisc { angle, depth, core, .. } => {
+                    *core *= 2;
+                    [angle, depth].map(Grading::halve)
+                }
+                Shape::Disc { quarter, depth, .. } => {
+                    *quarter *= 2;
+                    [depth.halve(), ()]
+                }
+            };
+        }
+        self
+    }
+
+    /// Cells along the longest direction.
+    fn longest(&self) -> usize {
+        match self {
+            Shape::Rectangle { x: a, y: b }
+            | Shape::Block { u: a, v: b, .. }
+            | Shape::Ring { radius: a, angle: b, .. } => a.at.len().max(b.at.len()),
+            Shape::HalfDisc { angle, depth, core, .. } => angle.at.len().max(depth.at.len()).max(*core),
+            Shape::Disc { quarter, depth, .. } => depth.at.len().max(*quarter),
+        }
+    }
+}
+
 /// True if a ring's angles go all the way round.
 fn is_full_turn(angle: &Grading) -> bool {
     let span = angle.at.last().copied().unwrap_or(0.0) - angle.at.first().copied().unwrap_or(0.0);
@@ -38,6 +74,7 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
     let (rotate, translate) = (mesh.number("rotate"), mesh.point("translate"));
     let scale = mesh.number_if("scale", |value| value > 0.0, "must be > 0");
     let group = mesh.text("group");
+    let refine = if mesh.has("refine") { mesh.natural("refine", MOST_REFINEMENTS) } else { Some(0) };
     if given[0] == "file" {
         for key in mesh.given(&["rotate", "translate"]) {
             mesh.error_at(key, "belongs to generated shapes, not to a mesh file");
@@ -47,7 +84,8 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
         }
         let file = existing_file(&mesh, "file")?;
         let group = group.map(str::to_string);
-        return Some(Geometry::Gmsh { file, group, scale: scale.unwrap_or(1.0), origin: mesh.origin() });
+        let scale = scale.unwrap_or(1.0);
+        return Some(Geometry::Gmsh { file, group, scale, refine: refine?, origin: mesh.origin() });
     }
     for key in mesh.given(&["group", "scale"]) {
         mesh.error_at(key, "belongs to 'file', not to a generated shape");
@@ -59,8 +97,14 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
         "half_disc" => half_disc(&mesh.table("half_disc")?),
         _ => disc(&mesh.table("disc")?),
     };
+    let (shape, refine) = (shape?, refine?);
+    if shape.longest() << refine > grading::MOST_CELLS {
+        return mesh
+            .field("refine")?
+            .refuse(format!("this makes more than {} cells in one direction", grading::MOST_CELLS));
+    }
     Some(Geometry::Generated {
-        shape: shape?,
+        shape: shape.refined(refine),
         element: element.unwrap_or(ElementKind::Quad4),
         rotate: rotate.unwrap_or(0.0).to_radians(),
         translate: translate.unwrap_or([0.0; 2]),

@@ -10,7 +10,9 @@ mod solid;
 
 pub use geometry::PointGeometry;
 pub use load::{body_load, facet_load, facet_weights};
-pub use quadrature::{FacetPoint, MAX_POINTS, QuadraturePoint, facet_rule, load_rule, stiffness_rule};
+pub use quadrature::{
+    FacetPoint, MAX_POINTS, QuadraturePoint, error_rule, facet_rule, load_rule, stiffness_rule,
+};
 pub use shape::{FacetKind, FacetShape, MAX_NODES, Shape};
 pub use solid::{PointLaw, SolidElement, resolve};
 

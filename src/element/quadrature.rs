@@ -49,6 +49,17 @@ pub fn load_rule(kind: ElementKind) -> &'static [QuadraturePoint] {
     }
 }
 
+/// Rule for the energy of the difference between a recovered stress and that of the element: exact for the square of
+/// what the two may hold on straight-sided elements.
+pub fn error_rule(kind: ElementKind) -> &'static [QuadraturePoint] {
+    match kind {
+        ElementKind::Tri3 => &TRIANGLE_3,
+        ElementKind::Quad4 => &SQUARE_2,
+        ElementKind::Tri6 => &TRIANGLE_7,
+        ElementKind::Quad8 => &SQUARE_3,
+    }
+}
+
 /// Rule for loads and weights on a facet: 3 Gauss points on a line2 (degree 5), 4 on a line3 (degree 7).
 pub fn facet_rule(kind: FacetKind) -> &'static [FacetPoint] {
     match kind {

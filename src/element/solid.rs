@@ -132,6 +132,18 @@ impl SolidElement {
         law: impl FnMut(usize, &[f64]) -> PointLaw,
         strains: &mut Vec<[f64; 3]>,
     ) -> Result<()> {
+        self.strains_at(self.points(), x, u, law, strains)
+    }
+
+    /// The same at any `points` of the element; `law` is asked at its own.
+    pub fn strains_at(
+        &self,
+        points: &[QuadraturePoint],
+        x: &[[f64; 3]],
+        u: &[f64],
+        law: impl FnMut(usize, &[f64]) -> PointLaw,
+        strains: &mut Vec<[f64; 3]>,
+    ) -> Result<()> {
         let n = 2 * self.kind.n_nodes();
         let mut amplitudes = [0.; MAX_DOFS];
         amplitudes[..n].copy_from_slice(u);
@@ -143,7 +155,7 @@ impl SolidElement {
         }
         let center = self.center(x)?;
         strains.clear();
-        for point in self.points() {
+        for point in points {
             let modes = self.modes(x, &center, point)?;
             let mut strain = [0.; 3];
             for (g, u) in self.gradients(&modes).zip(amplitudes.chunks_exact(2)) {

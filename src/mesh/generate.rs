@@ -36,12 +36,16 @@ pub fn generate(shape: &Shape, element: ElementKind, rotate: f64, translate: [f6
     };
     let mut mesh = net.into_mesh(element);
     let [c, s] = direction(rotate);
-    for p in &mut mesh.points {
-        let [x, y, _] = *p;
+    let place = |[x, y]: [f64; 2]| {
         // A sum with +0 also turns -0 into 0.
         let turned = if rotate == 0.0 { [x, y] } else { [c * x - s * y, s * x + c * y] };
-        *p = [turned[0] + translate[0], turned[1] + translate[1], 0.0];
+        [turned[0] + translate[0], turned[1] + translate[1]]
+    };
+    for p in &mut mesh.points {
+        let [x, y] = place([p[0], p[1]]);
+        *p = [x, y, 0.0];
     }
+    mesh.curves.values_mut().for_each(|curve| *curve = curve.moved(place));
     Ok(mesh)
 }
 

@@ -6,6 +6,7 @@ mod gmsh;
 mod locate;
 mod part;
 mod partition;
+mod refine;
 #[cfg(test)]
 mod testing;
 
@@ -16,6 +17,7 @@ pub use gmsh::read as read_gmsh;
 pub use locate::{Locator, nearest_node};
 pub use part::{MeshPart, Numbering};
 pub use partition::{give_to_first, partition};
+pub use refine::{Curve, HangingSide, Slave, refine, refine_all};
 
 use crate::element::ElementKind;
 use std::collections::BTreeMap;
@@ -31,6 +33,10 @@ pub struct Mesh {
     pub cells: Vec<Cell>,
     /// Named sets of boundary facets.
     pub surfaces: BTreeMap<String, Vec<Facet>>,
+    /// Curves that boundary sides stand for, by their end nodes, smaller number first; refinement follows them.
+    pub curves: BTreeMap<(u32, u32), Curve>,
+    /// Sides between a coarse cell and two finer ones.
+    pub hanging: Vec<HangingSide>,
 }
 
 /// A cell: its kind and its nodes.
@@ -86,6 +92,12 @@ impl Mesh {
         })
     }
 
+    /// Gives the straight boundary sides of a mesh read from a file, those of linear cells, the curves of a smooth
+    /// outline: refinement follows them. Corners are kept, straight lines stay straight.
+    pub fn follow_smooth_outline(&mut self) {
+        refine::follow(self);
+    }
+
     /// Adds another mesh's nodes, cells and surfaces, unconnected to these; surfaces of one name become one.
     pub fn append(&mut self, other: &Mesh) {
         let (n_nodes, n_cells) = (self.points.len() as u32, self.cells.len() as u32);
@@ -99,5 +111,8 @@ impl Mesh {
             let moved = facets.iter().map(|f| Facet { cell: f.cell + n_cells, side: f.side });
             self.surfaces.entry(name.clone()).or_default().extend(moved);
         }
+        let curves = other.curves.iter().map(|(&(a, b), &curve)| ((a + n_nodes, b + n_nodes), curve));
+        self.curves.extend(curves);
+        self.hanging.extend(other.hanging.iter().map(|side| side.moved(n_nodes, n_cells)));
     }
 }

@@ -4,6 +4,7 @@ use crate::{
     body::{Body, Fields},
     case::Case,
     error::Result,
+    estimate::BodyError,
     material::von_mises,
     mesh::{self, Locator},
     output::{self, Field, Piece},
@@ -23,11 +24,23 @@ pub(super) fn start_fields(piece: &mut Piece, heated: bool) {
     if heated {
         piece.point_fields.push(field("temperature", "K", 1));
     }
-    piece.cell_fields = vec![field("stress", "Pa", 6), field("strain", "-", 6), field("von_mises", "Pa", 1)];
+    piece.cell_fields = vec![
+        field("stress", "Pa", 6),
+        field("strain", "-", 6),
+        field("von_mises", "Pa", 1),
+        field("error_density", "J/m3", 1),
+    ];
 }
 
 /// Adds a body's own cells and local nodes to this rank's piece.
-pub(super) fn append(piece: &mut Piece, body: &Body, fields: &Fields, index: usize, heated: bool) {
+pub(super) fn append(
+    piece: &mut Piece,
+    body: &Body,
+    fields: &Fields,
+    error: &BodyError,
+    index: usize,
+    heated: bool,
+) {
     let first = piece.points.len() as u32;
     piece.points.extend(&body.part.points[..body.part.n_local]);
     for cell in &body.part.cells[..body.part.n_own_cells] {
@@ -50,6 +63,7 @@ pub(super) fn append(piece: &mut Piece, body: &Body, fields: &Fields, index: usi
     piece.cell_fields[0].values.extend(fields.cell_stress.as_flattened());
     piece.cell_fields[1].values.extend(fields.cell_strain.as_flattened());
     piece.cell_fields[2].values.extend(mises(&fields.cell_stress));
+    piece.cell_fields[3].values.extend(error.cells.iter().map(|cell| cell.energy2 / cell.volume));
 }
 
 /// Values at the probes. Collective.

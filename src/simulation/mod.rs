@@ -22,6 +22,7 @@ use crate::{
     body::{Body, LoadFactors},
     case::{self, Case},
     error::{Error, Result},
+    estimate::{BodyError, Estimate},
     output::{self, HistoryRow, LoadStep, Piece, Reason, ResultFile, RunInfo, State, StepSummary, Summary},
     parallel::{self, Exchange, agree},
 };
@@ -40,8 +41,18 @@ pub fn run(
     case: &Case,
     world: &SimpleCommunicator,
     directory: &Path,
-    mut progress: impl FnMut(&HistoryRow),
+    progress: impl FnMut(&HistoryRow),
 ) -> Result<Summary> {
+    Ok(run_and_estimate(case, world, directory, progress)?.0)
+}
+
+/// The same, with the error estimate of the last step, cell by cell. Collective.
+pub fn run_and_estimate(
+    case: &Case,
+    world: &SimpleCommunicator,
+    directory: &Path,
+    mut progress: impl FnMut(&HistoryRow),
+) -> Result<(Summary, Estimate)> {
     let start = Instant::now();
     output::prepare(world, directory)?;
     let (plan, mut engine) = Engine::new(case, world)?;
@@ -82,10 +93,11 @@ pub fn run(
     let drawn = if world.rank() == 0 { draw(case, &file, directory) } else { Ok(()) };
     agree(world, drawn)?;
     let clock = [writing.elapsed().as_secs_f64(), start.elapsed().as_secs_f64()];
+    let estimate = std::mem::take(&mut run.estimate);
     let summary = run.summary(case, &plan, &engine, &info, clock);
     let written = if world.rank() == 0 { summary.write(&directory.join(output::SUMMARY)) } else { Ok(()) };
     agree(world, written)?;
-    Ok(summary)
+    Ok((summary, estimate))
 }
 
 /// The driver of the case with all it works on.
@@ -154,6 +166,8 @@ struct Run {
     warnings: Vec<String>,
     diagnosis: Vec<String>,
     alternate: f64,
+    /// Of the last step.
+    estimate: Estimate,
 }
 
 impl Default for Run {
@@ -171,6 +185,7 @@ impl Default for Run {
             warnings: Vec::new(),
             diagnosis: Vec::new(),
             alternate: 0.0,
+            estimate: Estimate::default(),
         }
     }
 }
@@ -190,11 +205,13 @@ impl Run {
         let mut piece = Piece::default();
         let heated = case.bodies.iter().any(|b| b.temperature.is_some());
         start_fields(&mut piece, heated);
-        let (mut balances, mut recovered) = (Vec::new(), Vec::new());
+        let (mut balances, mut recovered, mut errors) = (Vec::new(), Vec::new(), Vec::new());
         let finished = std::iter::zip(bodies, nodal).enumerate().try_for_each(|(i, (body, nodal))| {
             let u = body.with_ghosts(&groups.group, &nodal.displacement)?;
             let (fields, balance) = agree(&groups.group, body.recover(&u, &nodal.contact))?;
-            append(&mut piece, body, &fields, groups.bodies()[i], heated);
+            let error = BodyError::new(body, groups.bodies()[i], &groups.group, &u, &fields)?;
+            append(&mut piece, body, &fields, &error, groups.bodies()[i], heated);
+            errors.push(error);
             balances.push(total(&groups.group, &balance));
             recovered.push(fields);
             Ok(())
@@ -205,6 +222,7 @@ impl Run {
         if found.reason.converged() && beyond {
             found.reason = Reason::Penetration;
         }
+        self.estimate = Estimate::new(errors, groups);
         self.checks = worst(self.checks, checks(&balances, &pairs, &found.ends, world));
         let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
         let counts = share_outcome(world, &mut found.reason, counts);

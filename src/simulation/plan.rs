@@ -1,7 +1,7 @@
 //! Before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
 use crate::{
     body::find_facets,
-    case::{BodyRef, Case, Driver, Geometry, RigidShape},
+    case::{BodyRef, Case, Driver, Geometry, Origin, RigidShape},
     contact::Surface,
     error::{Error, Result},
     mesh::{self, Mesh},
@@ -30,8 +30,9 @@ pub struct Plan {
 /// Builds a body's mesh.
 pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
     let (mesh, origin) = match geometry {
-        Geometry::Gmsh { file, group, scale, origin } => {
-            (mesh::read_gmsh(file, group.as_deref(), *scale), origin)
+        Geometry::Gmsh { file, group, scale, refine, origin } => {
+            let read = mesh::read_gmsh(file, group.as_deref(), *scale).map_err(|e| origin.error(e))?;
+            (finer(read, *refine, origin), origin)
         }
         Geometry::Generated { shape, element, rotate, translate, origin } => {
             (mesh::generate(shape, *element, *rotate, *translate), origin)
@@ -40,6 +41,17 @@ pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
     let mesh = mesh.map_err(|e| origin.error(e))?;
     mesh::check(&mesh).map_err(|e| origin.error(e))?;
     Ok(mesh)
+}
+
+/// A mesh from a file, every cell cut into four `times` times.
+fn finer(mut mesh: Mesh, times: usize, origin: &Origin) -> Result<Mesh> {
+    if times == 0 {
+        return Ok(mesh);
+    }
+    // What is wrong with the file's own mesh is said of that.
+    mesh::check(&mesh).map_err(|e| origin.error(e))?;
+    mesh.follow_smooth_outline();
+    mesh::refine_all(mesh, times)
 }
 
 impl Plan {

@@ -137,6 +137,18 @@ pub fn block(corners: &[[f64; 2]; 4], arcs: &[Option<[f64; 2]>; 4], u: &Grading,
             }
         }
     }
+    let (last, row) = (u.len() - 1, v.len() - 1);
+    let chains = [
+        (bottom, grid.iter().map(|column| column[0]).collect::<Vec<_>>()),
+        (right, grid[last].clone()),
+        (top, grid.iter().map(|column| column[row]).collect()),
+        (left, grid[0].clone()),
+    ];
+    for (curve, chain) in chains {
+        if let Some(arc) = curve.arc {
+            net.arc(chain, arc.center);
+        }
+    }
     convex(&net, &grid)?;
     finish(&mut net, &grid);
     Ok(net)

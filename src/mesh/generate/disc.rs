@@ -139,6 +139,7 @@ pub fn half_disc(
     let all = ring.len() - 1;
     net.cells(&ring, |k, _| 2 * k >= all);
     net.cells(&block, |j, _| 2 * j >= n);
+    net.arc(ring.iter().map(|column| column[0]), [0.0; 2]);
     net.surface("arc", ring.iter().map(|column| column[0]));
     net.surface("flat", ring[0].iter().copied());
     net.surface("flat", block.iter().map(|column| column[core]));
@@ -222,6 +223,7 @@ pub fn disc(center: [f64; 2], radius: f64, quarter: usize, depth: &Grading) -> R
     // Each quarter is mirrored about its own middle.
     net.cells(&ring, |k, _| 2 * (k % q) >= q);
     net.cells(&core, |i, j| (2 * i >= q) == (2 * j >= q));
+    net.arc(ring.iter().map(|column| column[0]), [0.0; 2]);
     net.surface("arc", ring.iter().map(|column| column[0]));
     place(&mut net, center, false);
     Ok(net)

@@ -1,6 +1,6 @@
 //! A net of quadrilaterals, and how it becomes a mesh of one element kind.
 use crate::element::ElementKind;
-use crate::mesh::{Cell, Facet, Mesh};
+use crate::mesh::{Cell, Curve, Facet, Mesh};
 use std::collections::{BTreeMap, HashMap};
 
 /// An edge: its two corner nodes, smaller number first.
@@ -18,6 +18,8 @@ pub struct Net {
     quads: Vec<Quad>,
     /// How far the middle of a curved edge lies from the middle of its ends.
     bulges: HashMap<Edge, [f64; 2]>,
+    /// Centres of the boundary's circular edges, from where bulges are measured.
+    arcs: HashMap<Edge, [f64; 2]>,
     /// Named surfaces by their edges.
     surfaces: BTreeMap<&'static str, Vec<Edge>>,
 }
@@ -62,6 +64,12 @@ impl Net {
         self.bulges.insert(edge(a, b), by);
     }
 
+    /// Says that the boundary between neighbouring nodes of a chain is an arc about `center`.
+    pub fn arc(&mut self, chain: impl IntoIterator<Item = u32>, center: [f64; 2]) {
+        let chain: Vec<u32> = chain.into_iter().collect();
+        self.arcs.extend(chain.windows(2).map(|w| (edge(w[0], w[1]), center)));
+    }
+
     /// Adds a chain of nodes to a named surface.
     pub fn surface(&mut self, name: &'static str, chain: impl IntoIterator<Item = u32>) {
         let chain: Vec<u32> = chain.into_iter().collect();
@@ -77,6 +85,10 @@ impl Net {
         }
         for by in self.bulges.values_mut() {
             *by = linear(*by);
+        }
+        for arc in self.arcs.values_mut() {
+            let [x, y] = linear(*arc);
+            *arc = [x + center[0], y + center[1]];
         }
     }
 
@@ -162,6 +174,10 @@ impl Build<'_> {
             let number = |corner: u32| self.numbers[&(corner, corner)];
             let list = edges.iter().map(|&(a, b)| facets[&edge(number(a), number(b))]).collect();
             self.mesh.surfaces.insert((*name).to_string(), list);
+        }
+        for (&(a, b), &center) in &self.net.arcs {
+            let number = |corner: u32| self.numbers[&(corner, corner)];
+            self.mesh.curves.insert(edge(number(a), number(b)), Curve::Arc { center });
         }
     }
 }

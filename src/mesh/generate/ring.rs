@@ -49,6 +49,8 @@ pub fn ring(center: [f64; 2], radius: &Grading, angle: &Grading) -> Result<Net> 
     // Columns outwards, rows by angle: counter-clockwise.
     let grid: Grid = (0..radius.len()).map(|i| rows.iter().map(|row| row[i]).collect()).collect();
     net.cells(&grid, |_, row| 2 * row < angle.len() - 1);
+    net.arc(grid[0].iter().copied(), center);
+    net.arc(grid[radius.len() - 1].iter().copied(), center);
     net.surface("inner", grid[0].iter().copied());
     net.surface("outer", grid[radius.len() - 1].iter().copied());
     if !full {

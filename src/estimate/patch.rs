@@ -1,0 +1,94 @@
+//! Polynomials fitted to the stresses of the cells around a node.
+use super::energy::Plane;
+use nalgebra::{SMatrix, SVector};
+
+/// Most terms: 1, x, y, x^2, xy, y^2.
+pub const TERMS: usize = 6;
+
+/// A fit whose smallest pivot is below this, relative to the largest term, is not determined by its samples.
+const PIVOT: f64 = 1e-5;
+
+/// A stress polynomial about a centre, coordinates in units of `size`.
+#[derive(Debug, Clone, Copy)]
+pub struct Fit {
+    pub center: [f64; 3],
+    pub size: f64,
+    /// By component.
+    pub coefficients: [[f64; TERMS]; 3],
+}
+
+/// Stresses at points, to be fitted.
+#[derive(Debug, Default)]
+pub struct Samples {
+    pub points: Vec<[f64; 3]>,
+    pub stresses: Vec<Plane>,
+}
+
+impl Samples {
+    pub fn clear(&mut self) {
+        self.points.clear();
+        self.stresses.clear();
+    }
+
+    pub fn push(&mut self, point: [f64; 3], stress: Plane) {
+        self.points.push(point);
+        self.stresses.push(stress);
+    }
+
+    /// Least squares fit about `center` with up to `terms` terms (6, 3 or 1); fewer where the samples do not determine
+    /// them.
+    pub fn fit(&self, center: [f64; 3], terms: usize) -> Fit {
+        let distance = |p: &[f64; 3]| (p[0] - center[0]).hypot(p[1] - center[1]);
+        let size = self.points.iter().map(distance).fold(0.0, f64::max);
+        let size = if size > 0.0 { size } else { 1.0 };
+        let found = match terms {
+            6 => self.solve::<6>(&center, size).or_else(|| self.solve::<3>(&center, size)),
+            _ => self.solve::<3>(&center, size),
+        };
+        let coefficients = found.unwrap_or_else(|| {
+            let mean =
+                |c: usize| self.stresses.iter().map(|s| s[c]).sum::<f64>() / self.stresses.len() as f64;
+            std::array::from_fn(|c| [mean(c), 0.0, 0.0, 0.0, 0.0, 0.0])
+        });
+        Fit { center, size, coefficients }
+    }
+
+    fn solve<const N: usize>(&self, center: &[f64; 3], size: f64) -> Option<[[f64; TERMS]; 3]> {
+        if self.points.len() < N {
+            return None;
+        }
+        let mut matrix = SMatrix::<f64, N, N>::zeros();
+        let mut rhs = SMatrix::<f64, N, 3>::zeros();
+        for (x, s) in std::iter::zip(&self.points, &self.stresses) {
+            let all = basis(x, center, size);
+            let p = SVector::<f64, N>::from_fn(|i, _| all[i]);
+            matrix += p * p.transpose();
+            rhs += p * SVector::<f64, 3>::from_column_slice(s).transpose();
+        }
+        let factor = matrix.cholesky()?;
+        let pivots = factor.l_dirty().diagonal();
+        // The pivots of the matrix are the squares.
+        if pivots.min() < PIVOT.sqrt() * pivots.max() {
+            return None;
+        }
+        let solution = factor.solve(&rhs);
+        Some(std::array::from_fn(|c| {
+            let mut terms = [0.0; TERMS];
+            (0..N).for_each(|i| terms[i] = solution[(i, c)]);
+            terms
+        }))
+    }
+}
+
+impl Fit {
+    /// Stress at a point, Pa.
+    pub fn at(&self, x: &[f64; 3]) -> Plane {
+        let p = basis(x, &self.center, self.size);
+        self.coefficients.map(|terms| std::iter::zip(terms, p).map(|(a, b)| a * b).sum())
+    }
+}
+
+fn basis(x: &[f64; 3], center: &[f64; 3], size: f64) -> [f64; TERMS] {
+    let (x, y) = ((x[0] - center[0]) / size, (x[1] - center[1]) / size);
+    [1.0, x, y, x * x, x * y, y * y]
+}

@@ -1,0 +1,186 @@
+//! Recovered stresses at the nodes of a rank's part of a body.
+use super::{
+    energy::Plane,
+    patch::{Fit, Samples, TERMS},
+};
+use crate::{
+    body::{Body, Fields},
+    element::ElementKind,
+    error::Result,
+    mesh::{Cell, MeshPart},
+};
+use mpi::topology::SimpleCommunicator;
+
+/// Numbers of a fit that ranks tell each other: kind, size, coefficients.
+const PACKED: usize = 2 + 3 * TERMS;
+
+/// A fit and whether its vertex is inside the body, all cells around it.
+#[derive(Clone, Copy)]
+struct Vertex {
+    fit: Fit,
+    inside: bool,
+}
+
+/// Recovered stress at every local node, Pa. Collective on the group.
+///
+/// At a vertex inside the body it is the value of its own fit. Nodes on the boundary and between vertices take the mean
+/// of the fits of the vertices inside in their cells, evaluated at the node; where there is none, as in a layer one cell
+/// thick, that of the fits of the vertices on the boundary.
+pub(super) fn recovered(body: &Body, group: &SimpleCommunicator, fields: &Fields) -> Result<Vec<Plane>> {
+    let part = &body.part;
+    let around = Around::new(part);
+    let mut samples = Samples::default();
+    let mut packed = vec![0.0; part.n_owned * PACKED];
+    for (node, packed) in packed.chunks_exact_mut(PACKED).enumerate() {
+        if around.is_vertex[node] {
+            let vertex = vertex(body, fields, &around, node, &mut samples);
+            packed[0] = if vertex.inside { 2.0 } else { 1.0 };
+            packed[1] = vertex.fit.size;
+            packed[2..].copy_from_slice(vertex.fit.coefficients.as_flattened());
+        }
+    }
+    let all = with_ghosts(body, group, &packed)?;
+    let vertices: Vec<Option<Vertex>> = std::iter::zip(all.chunks_exact(PACKED), &part.points)
+        .map(|(v, &center)| {
+            let terms: &[[f64; TERMS]] = v[2..].as_chunks().0;
+            let fit = Fit { center, size: v[1], coefficients: [terms[0], terms[1], terms[2]] };
+            (v[0] > 0.0).then_some(Vertex { fit, inside: v[0] > 1.0 })
+        })
+        .collect();
+    Ok((0..part.n_local).map(|node| at_node(part, &around, &vertices, node)).collect())
+}
+
+/// The cells around each local node.
+struct Around {
+    first: Vec<u32>,
+    cells: Vec<u32>,
+    is_vertex: Vec<bool>,
+}
+
+impl Around {
+    fn new(part: &MeshPart) -> Around {
+        let mut first = vec![0; part.n_local + 1];
+        let mut is_vertex = vec![false; part.n_local];
+        let local = |cell: &Cell| -> Vec<usize> {
+            cell.nodes().iter().map(|&n| n as usize).filter(|&n| n < part.n_local).collect()
+        };
+        for cell in &part.cells {
+            local(cell).into_iter().for_each(|n| first[n + 1] += 1);
+            let corners = cell.nodes()[..cell.kind.n_corners()].iter();
+            corners.filter(|&&n| (n as usize) < part.n_local).for_each(|&n| is_vertex[n as usize] = true);
+        }
+        (0..part.n_local).for_each(|n| first[n + 1] += first[n]);
+        let (mut next, mut cells) = (first.clone(), vec![0; first[part.n_local] as usize]);
+        for (i, cell) in part.cells.iter().enumerate() {
+            for n in local(cell) {
+                cells[next[n] as usize] = i as u32;
+                next[n] += 1;
+            }
+        }
+        Around { first, cells, is_vertex }
+    }
+
+    fn of(&self, node: usize) -> &[u32] {
+        &self.cells[self.first[node] as usize..self.first[node + 1] as usize]
+    }
+}
+
+/// Fits the stresses around a vertex.
+fn vertex(body: &Body, fields: &Fields, around: &Around, node: usize, samples: &mut Samples) -> Vertex {
+    let part = &body.part;
+    let cells = around.of(node);
+    // Each edge at an inner vertex belongs to two cells.
+    let mut ends: Vec<(u32, u8)> = Vec::with_capacity(16);
+    let mut linear = true;
+    for &c in cells {
+        let cell = &part.cells[c as usize];
+        linear &= matches!(cell.kind, ElementKind::Tri3 | ElementKind::Quad4);
+        let corners = &cell.nodes()[..cell.kind.n_corners()];
+        let at = corners.iter().position(|&n| n as usize == node).unwrap_or(0);
+        for step in [1, corners.len() - 1] {
+            let end = corners[(at + step) % corners.len()];
+            match ends.iter_mut().find(|(other, _)| *other == end) {
+                Some((_, count)) => *count += 1,
+                None => ends.push((end, 1)),
+            }
+        }
+    }
+    let inside = ends.iter().all(|(_, count)| *count == 2);
+    samples.clear();
+    for &c in cells {
+        sample(body, fields, c as usize, inside, samples);
+    }
+    Vertex { fit: samples.fit(part.points[node], if linear { 3 } else { 6 }), inside }
+}
+
+/// Adds the points of a cell where its stresses are most accurate: the centre of linear elements, the two by two points
+/// of a quad8, the three points of a tri6. Without neighbours all round (not `inside`) those of the quad4, too, have to do.
+fn sample(body: &Body, fields: &Fields, c: usize, inside: bool, samples: &mut Samples) {
+    let cell = &body.part.cells[c];
+    let element = body.element(cell.kind);
+    let (points, stresses) = (element.points(), fields.points_of(c));
+    let position = |xi: &[f64; 3]| {
+        let shape = cell.kind.shape(xi);
+        let mut x = [0.0; 3];
+        for (&node, n) in std::iter::zip(cell.nodes(), shape.n) {
+            (0..3).for_each(|c| x[c] += n * body.part.points[node as usize][c]);
+        }
+        x
+    };
+    if inside && cell.kind == ElementKind::Quad4 {
+        let mean = |c: usize| stresses.iter().map(|s| s[c]).sum::<f64>() / stresses.len() as f64;
+        samples.push(position(&cell.kind.center()), std::array::from_fn(mean));
+        return;
+    }
+    for (point, stress) in std::iter::zip(points, stresses) {
+        samples.push(position(&point.xi), *stress);
+    }
+}
+
+fn at_node(part: &MeshPart, around: &Around, vertices: &[Option<Vertex>], node: usize) -> Plane {
+    let x = &part.points[node];
+    if let Some(Vertex { fit, inside: true }) = vertices[node] {
+        return fit.at(x);
+    }
+    for inside in [true, false] {
+        let (mut sum, mut count) = ([0.0; 3], 0.0);
+        let mut seen: Vec<u32> = Vec::with_capacity(16);
+        for &c in around.of(node) {
+            let cell = &part.cells[c as usize];
+            for &corner in &cell.nodes()[..cell.kind.n_corners()] {
+                let Some(vertex) = &vertices[corner as usize] else { continue };
+                if vertex.inside == inside && !seen.contains(&corner) {
+                    seen.push(corner);
+                    let value = vertex.fit.at(x);
+                    (0..3).for_each(|c| sum[c] += value[c]);
+                    count += 1.0;
+                }
+            }
+        }
+        if count > 0.0 {
+            return sum.map(|s| s / count);
+        }
+    }
+    [0.0; 3]
+}
+
+/// Several numbers a node, from the owned nodes to all of the part. Collective on the group.
+fn with_ghosts(body: &Body, group: &SimpleCommunicator, packed: &[f64]) -> Result<Vec<f64>> {
+    let (part, dim) = (&body.part, body.dim());
+    if part.n_owned == part.points.len() && part.n_owned == part.n_global_nodes {
+        return Ok(packed.to_vec());
+    }
+    let mut all = vec![0.0; part.points.len() * PACKED];
+    for first in (0..PACKED).step_by(dim) {
+        let width = dim.min(PACKED - first);
+        let mut own = vec![0.0; part.n_owned * dim];
+        for (to, from) in std::iter::zip(own.chunks_exact_mut(dim), packed.chunks_exact(PACKED)) {
+            to[..width].copy_from_slice(&from[first..first + width]);
+        }
+        let got = body.with_ghosts(group, &own)?;
+        for (to, from) in std::iter::zip(all.chunks_exact_mut(PACKED), got.chunks_exact(dim)) {
+            to[first..first + width].copy_from_slice(&from[..width]);
+        }
+    }
+    Ok(all)
+}
