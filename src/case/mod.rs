@@ -166,6 +166,8 @@ pub struct BodyCase {
     pub solver: Option<String>,
     /// How it answers forces and displacements on its contact surfaces.
     pub response: ResponseCase,
+    /// How often every cell of its mesh is cut into four; the geometry is what comes of it.
+    pub refine: usize,
     /// Where the body is written.
     pub origin: Origin,
 }

@@ -22,7 +22,9 @@ mod vtkhdf;
 
 pub use file::write;
 pub use history::{HistoryRow, PairRow, mean_contraction};
+pub(crate) use file::write_complete;
 pub use picture::draw;
+pub(crate) use picture::{Precision, PrecisionCurve, PrecisionPoint};
 pub use read::Results;
 pub use reason::{Driver, Reason, Transfer};
 pub use result::*;

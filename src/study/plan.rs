@@ -48,13 +48,24 @@ pub(super) struct Run {
 pub(super) struct Plan {
     /// The case with the changes of `[study]` and of the user.
     pub case: Case,
-    /// Those changes.
-    pub sets: Vec<String>,
     pub choices: Vec<Choice>,
     /// Coarse levels first.
     pub runs: Vec<Run>,
+    /// Elements of the bodies, by choice.
+    pub elements: Vec<Elements>,
     /// Combinations that do not exist.
     pub left_out: usize,
+}
+
+/// The elements of a choice.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Elements {
+    /// Names of the kinds.
+    pub names: String,
+    /// Largest order of their shape functions.
+    pub degree: usize,
+    /// Unknowns on the case's own mesh.
+    pub dofs: f64,
 }
 
 impl Run {
@@ -81,21 +92,23 @@ impl Plan {
         let study = case.study.clone();
         refuse(&case, &study)?;
         let (choices, left_out) = choices(&case, &study)?;
-        let mut runs = Vec::new();
+        let (mut runs, mut all_elements) = (Vec::new(), Vec::new());
         for (choice, choice_of) in choices.iter().enumerate() {
             let coarsest = [&sets[..], &changes(&case, choice_of, 0)[..]].concat();
-            let base = dofs(&read(&coarsest)?)?;
+            let elements = elements(&read(&coarsest)?)?;
             for &level in &study.levels {
                 let sets = [&sets[..], &changes(&case, choice_of, level)[..]].concat();
-                let dofs = base * GROWTH.powi(level as i32);
+                let dofs = elements.dofs * GROWTH.powi(level as i32);
                 runs.push(Run { choice, level, sets, ranks: choice_of.ranks, dofs });
             }
+            all_elements.push(elements);
         }
+        // A level that no mesh can have.
         if let Some(finest) = runs.iter().max_by_key(|run| run.level) {
             read(&finest.sets)?;
         }
         runs.sort_by_key(|run| (run.level, run.choice));
-        Ok(Plan { case, sets, choices, runs, left_out })
+        Ok(Plan { case, choices, runs, elements: all_elements, left_out })
     }
 
     /// Names of the choices: what tells them apart.
@@ -164,7 +177,7 @@ fn choices(case: &Case, study: &StudyCase) -> Result<(Vec<Choice>, usize)> {
         ranks: 1,
     };
     let mut all = vec![all];
-    vary(&mut all, &study.driver_list(), |choice, driver| choice.driver = driver);
+    vary(&mut all, &some(&study.drivers), |choice, driver| choice.driver = driver);
     vary(&mut all, &some(&study.weights), |choice, weights| choice.weights = weights);
     vary(&mut all, &some(&study.transfers), |choice, transfer| choice.transfer = transfer);
     vary(&mut all, &some(&study.elements), |choice, element| choice.element = element);
@@ -192,12 +205,6 @@ fn choices(case: &Case, study: &StudyCase) -> Result<(Vec<Choice>, usize)> {
         ));
     }
     Ok((choices, left_out))
-}
-
-impl StudyCase {
-    fn driver_list(&self) -> Vec<Option<String>> {
-        some(&self.drivers)
-    }
 }
 
 /// The values, or none of them.
@@ -232,7 +239,7 @@ fn changes(case: &Case, choice: &Choice, level: usize) -> Vec<String> {
     let mut set = |body: &str, key: &str, value: String| sets.push(format!("body.{body}.{key}={value}"));
     for body in &case.bodies {
         if level > 0 {
-            set(&body.name, "mesh.refine", level.to_string());
+            set(&body.name, "mesh.refine", (body.refine + level).to_string());
         }
         if let Some(element) = &choice.element {
             set(&body.name, "element", format!("\"{element}\""));
@@ -267,8 +274,21 @@ fn alternation(case: &Case, choice: &Choice) -> Vec<String> {
     vec![format!("alternation={{ {} }}", entries.join(", "))]
 }
 
-/// Unknowns of a case.
-fn dofs(case: &Case) -> Result<f64> {
-    let nodes = case.bodies.iter().map(|body| Ok(build_mesh(&body.geometry)?.points.len() as f64));
-    Ok(DOFS_PER_NODE * nodes.sum::<Result<f64>>()?)
+/// What the meshes of a case are made of.
+fn elements(case: &Case) -> Result<Elements> {
+    let mut elements = Elements::default();
+    let mut names = Vec::new();
+    for body in &case.bodies {
+        let mesh = build_mesh(&body.geometry)?;
+        elements.dofs += DOFS_PER_NODE * mesh.points.len() as f64;
+        for cell in &mesh.cells {
+            if !names.contains(&cell.kind.name()) {
+                names.push(cell.kind.name());
+                let degree = if cell.kind.n_nodes() > cell.kind.n_corners() { 2 } else { 1 };
+                elements.degree = elements.degree.max(degree);
+            }
+        }
+    }
+    elements.names = names.join("+");
+    Ok(elements)
 }

@@ -76,7 +76,7 @@ pub(super) fn measure(request: &Request, run: &Run, directory: &Path) -> Result<
     command.args(&request.petsc_options);
     environment(&mut command);
     let start = Instant::now();
-    let mut child = command
+    let child = command
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(file)

@@ -1,7 +1,7 @@
 //! The results of a study: a row for each choice and level, errors, orders, and what they were measured against.
 use super::exact::Known;
 use super::journal::Journal;
-use super::plan::Plan;
+use super::plan::{Elements, Plan};
 use super::quantity::{Quantity, difference, norm, quantities};
 use super::richardson::{Behaviour, Limit, limit, order_of_errors};
 use super::run::Measured;
@@ -66,7 +66,10 @@ pub(super) struct Reference {
 
 /// All results.
 pub(super) struct Table {
+    /// Of the choices; empty if there is one only.
     pub labels: Vec<String>,
+    /// Of the choices.
+    pub elements: Vec<Elements>,
     /// By choice, then level.
     pub rows: Vec<Row>,
     /// By quantity.
@@ -81,6 +84,15 @@ impl Row {
     /// A number of the summary by path, NaN if it is not there.
     pub fn number(&self, path: &[&str]) -> f64 {
         path.iter().fold(&self.summary, |value, key| &value[key]).as_f64().unwrap_or(f64::NAN)
+    }
+
+    /// How the bodies answered, each way once.
+    pub fn responses(&self) -> String {
+        let bodies = self.summary["bodies"].as_array().cloned().unwrap_or_default();
+        let mut responses: Vec<&str> = bodies.iter().filter_map(|body| body["response"].as_str()).collect();
+        responses.sort_unstable();
+        responses.dedup();
+        responses.join("+")
     }
 
     /// Unknowns of all bodies.
@@ -108,6 +120,7 @@ impl Table {
         }
         let mut table = Table {
             labels: plan.labels(),
+            elements: plan.elements.clone(),
             rows,
             references: BTreeMap::new(),
             limits: BTreeMap::new(),
@@ -118,6 +131,12 @@ impl Table {
         }
         table.names.retain(|name| table.references.contains_key(name));
         table
+    }
+
+    /// True if it takes the name of a pair to say which one is meant.
+    pub fn has_several_pairs(&self) -> bool {
+        let pairs = |row: &Row| row.summary["pairs"].as_array().map_or(0, Vec::len);
+        self.rows.iter().any(|row| pairs(row) > 1)
     }
 
     /// Rows of a choice that converged, coarse first.
@@ -184,11 +203,9 @@ impl Table {
         self.references.insert(name.to_string(), reference);
     }
 
+    /// The largest order that a quantity can have with the elements of a choice.
     fn highest_order(&self, choice: usize) -> f64 {
-        let quadratic = self.rows.iter().any(|row| {
-            row.choice == choice && row.summary["study_degree"] == 2
-        });
-        HIGHEST_ORDER * if quadratic { 2.0 } else { 1.0 }
+        HIGHEST_ORDER * self.elements[choice].degree as f64
     }
 }
 
