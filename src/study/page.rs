@@ -1,8 +1,8 @@
 //! The page about a study, in Markdown, and what is printed at its end.
 use super::front::{Point, cheapest, name, percent, points, seconds, sentence};
-use super::quantity::spoken;
+use super::quantity::{norm, spoken};
 use super::richardson::{Behaviour, LOWEST_ORDER, Limit};
-use super::table::{Reference, Row, Table};
+use super::table::{ROUND_OFF, Reference, Row, Table};
 use std::fmt::Write;
 
 /// Accuracies that the page names the cheapest run for, relative.
@@ -63,7 +63,7 @@ impl Page<'_> {
             let _ = writeln!(
                 text,
                 "| {} | {} | {} | {} | {} | {:.0} MB |",
-                percent(target),
+                round_percent(target),
                 name(self.table, row),
                 count(row.dofs()),
                 seconds(row.seconds.median),
@@ -136,8 +136,7 @@ impl Page<'_> {
                 })
                 .collect();
             let orders = if orders.is_empty() { "–".into() } else { orders.join("; ") };
-            let values: Vec<String> = reference.values.iter().map(|value| format!("{value:.6e}")).collect();
-            let values = if values.len() > 1 { format!("({})", values.join(", ")) } else { values.join("") };
+            let values = vector(&reference.values);
             let from = match (&reference.limit, reference.exact) {
                 (_, true) => "`[exact]`".to_string(),
                 (Some((choice, limit)), false) => {
@@ -208,9 +207,18 @@ fn not_asymptotic(limit: &Limit) -> Option<String> {
     }
 }
 
+/// A number, or the components of a vector, those that are round-off as 0.
 fn vector(values: &[f64]) -> String {
-    let values: Vec<String> = values.iter().map(|value| format!("{value:.6e}")).collect();
-    if values.len() > 1 { format!("({})", values.join(", ")) } else { values.join("") }
+    let scale = norm(values);
+    let text = |value: &f64| if value.abs() < ROUND_OFF * scale { "0".into() } else { format!("{value:.6e}") };
+    let texts: Vec<String> = values.iter().map(text).collect();
+    if texts.len() > 1 { format!("({})", texts.join(", ")) } else { texts.join("") }
+}
+
+/// A power of ten in percent: 0.1 %.
+fn round_percent(target: f64) -> String {
+    let decimals = (-(100.0 * target).log10().round()).max(0.0) as usize;
+    format!("{:.decimals$} %", 100.0 * target)
 }
 
 /// 38104 as `38 104`.

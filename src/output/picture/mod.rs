@@ -13,6 +13,7 @@ mod pressure;
 mod raster;
 mod scale;
 mod scene;
+mod sharp;
 mod view;
 
 pub(crate) use precision::{Precision, PrecisionCurve, PrecisionPoint};

@@ -1,6 +1,7 @@
 //! The work-precision diagram of a study: error over seconds, both logarithmic, a curve for each choice.
 use super::legend::{Legend, Symbol};
 use super::scale::power_of_ten;
+use super::sharp::Sharp;
 use super::{CURVES, FONT, GRID, INK, failed, font};
 use crate::error::Result;
 use plotters::coord::Shift;
@@ -9,12 +10,16 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
 const SIZE: (u32, u32) = (960, 640);
+/// Pixels of the bitmap for one of the drawing.
+const SHARP: u32 = 2;
 const LEFT: i32 = 24;
 const TITLE: i32 = 50;
 /// Room for the labels of the axes: left, right, top, bottom.
 const MARGINS: [i32; 4] = [96, 30, 16, 64];
 /// Smaller errors are drawn here: they are zero to round-off.
 const FLOOR: f64 = 1e-15;
+/// An axis that goes to smaller errors is labelled with powers of ten.
+const SMALLEST_PERCENT: f64 = 5e-6;
 /// Room beside the outermost points, as a factor.
 const MARGIN: f64 = 1.5;
 
@@ -57,7 +62,8 @@ impl Precision {
     /// Draws it as PNG into a file.
     pub fn png(&self, path: &Path) -> Result<()> {
         font()?;
-        self.draw(&BitMapBackend::new(path, SIZE).into_drawing_area())
+        let bitmap = BitMapBackend::new(path, (SIZE.0 * SHARP, SIZE.1 * SHARP));
+        self.draw(&Sharp::new(bitmap, SHARP).into_drawing_area())
     }
 
     fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<()> {
@@ -118,7 +124,8 @@ impl Precision {
         for tick in y.ticks() {
             let at = y.at(tick);
             line(area, [(left, at), (right, at)], GRID.stroke_width(1))?;
-            let text = Text::new(percent(tick), (left - 8, at), style(15, HPos::Right, VPos::Center));
+            let label = if y.low > SMALLEST_PERCENT { percent(tick) } else { power(tick) };
+            let text = Text::new(label, (left - 8, at), style(15, HPos::Right, VPos::Center));
             area.draw(&text).map_err(failed)?;
         }
         line(area, [(left, bottom), (right, bottom)], INK.stroke_width(1))?;
@@ -204,18 +211,20 @@ impl Axis {
 
 /// A number of seconds.
 fn plain(value: f64) -> String {
-    let decimals = (-value.log10().floor()).max(0.0) as usize;
+    let decimals = (-(value.log10() + 1e-9).floor()).max(0.0) as usize;
     format!("{value:.decimals$}")
 }
 
-/// A relative error: in percent, or as a power of ten where that has too many zeros.
+/// A relative error in percent.
 fn percent(value: f64) -> String {
-    let digit = value / 10f64.powf((value.log10() + 1e-9).floor());
-    match value {
-        value if value > 9e-6 => format!("{} %", plain(100.0 * value)),
-        value if digit < 1.5 => power_of_ten(value),
-        value => format!("{:.0}·{}", digit, power_of_ten(value / digit)),
-    }
+    format!("{} %", plain(100.0 * value))
+}
+
+/// A relative error by its power of ten.
+fn power(value: f64) -> String {
+    let digit = (value / 10f64.powf((value.log10() + 1e-9).floor())).round();
+    let power = power_of_ten(value / digit);
+    if digit == 1.0 { power } else { format!("{digit}·{power}") }
 }
 
 #[cfg(test)]
@@ -229,6 +238,7 @@ mod tests {
         assert_eq!((axis.at(0.2), axis.at(6.0)), (0, 100));
         assert_eq!(Axis::new([1e-8, 1.0].into_iter(), [0, 100]).ticks().len(), 9);
         assert_eq!([plain(0.5), plain(20.0)], ["0.5", "20"]);
-        assert_eq!([percent(0.1), percent(5e-4), percent(1e-7)], ["10 %", "0.05 %", "10⁻⁷"]);
+        assert_eq!([percent(0.1), percent(5e-4)], ["10 %", "0.05 %"]);
+        assert_eq!([power(1e-7), power(2e-6)], ["10⁻⁷", "2·10⁻⁶"]);
     }
 }
