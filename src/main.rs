@@ -6,7 +6,7 @@ use kontakt::{
     Error, Result,
     body::options_prefix,
     case::{self, Case},
-    output::HistoryRow,
+    output::{HistoryRow, Summary},
     parallel::agree,
     petsc, simulation, study,
 };
@@ -197,6 +197,7 @@ fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<
             summary.residual,
             summary.seconds.total
         );
+        println!("{}", accuracy(&summary));
         if !summary.converged {
             println!("{}", summary.reason.advice(summary.driver));
         }
@@ -206,6 +207,15 @@ fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<
         println!("results in {} (picture: {})", directory.display(), directory.join("bodies.png").display());
     }
     Ok(if summary.converged { 0 } else { 3 })
+}
+
+/// The error estimate in words.
+fn accuracy(summary: &Summary) -> String {
+    let percent = |error: f64| format!("{:.2} %", 100.0 * error);
+    let kontakt::output::ErrorEstimate { energy, contact_pressure } = summary.error_estimate;
+    let pressure =
+        contact_pressure.map_or_else(String::new, |p| format!(", {} of the peak pressure", percent(p)));
+    format!("estimated error of the mesh: {} in the energy norm{pressure}", percent(energy))
 }
 
 fn print_row(row: &HistoryRow, terminal: bool) {

@@ -10,18 +10,22 @@
 //! and the relative error of a body, or of all together, is |e| / sqrt(|u_h|^2 + |e|^2).
 mod energy;
 mod patch;
+pub mod pressure;
 mod recovery;
 
 pub use energy::{BodyError, CellError};
 
-use crate::parallel::{self, Groups};
+use crate::{case::Case, contact::Surface, output::SideTable, parallel, simulation::Plan};
+use pressure::{Chain, Contact};
 
 /// Error estimate of a load step. The cells are this rank's, the numbers are the same on all ranks.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Estimate {
-    /// The bodies of this rank's group, in the group's order.
+    /// The bodies of this rank's group, in the group's order, cell by cell.
     pub bodies: Vec<BodyError>,
-    /// The contact pairs, in file order; on every rank the numbers, on the rank that holds the multipliers the nodes, too.
+    /// |e| / sqrt(|u_h|^2 + |e|^2) of every body of the case, in file order.
+    pub body_energy: Vec<f64>,
+    /// The contact pairs, in file order.
     pub pairs: Vec<PairError>,
     /// |e| / sqrt(|u_h|^2 + |e|^2) of all bodies together.
     pub energy: f64,
@@ -32,17 +36,14 @@ pub struct Estimate {
 /// Error estimate of the pressure of a contact pair.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PairError {
-    /// Index of the pair in the case.
-    pub pair: usize,
-    /// Relative to the peak pressure; `None` if nothing touches.
+    /// Relative to the peak pressure; `None` if nothing touches. The same on all ranks.
     pub pressure: Option<f64>,
-    /// Mesh nodes of the side that carries the multipliers, in contact or next to it, with the error of the pressure
-    /// there, Pa. Filled on the first rank of that body's group, empty elsewhere.
-    pub nodes: Vec<NodeError>,
-    /// Body and side of the pair that the nodes are of.
+    /// Body (in the case) and side (0: A) that carries the multipliers, whose nodes these are.
     pub body: usize,
-    /// 0: side A.
+    #[allow(missing_docs)]
     pub side: usize,
+    /// The nodes in contact. On the first rank of that body's group, empty elsewhere.
+    pub nodes: Vec<NodeError>,
 }
 
 /// Pressure error at a node.
@@ -55,14 +56,73 @@ pub struct NodeError {
 }
 
 impl Estimate {
-    /// Puts the bodies of this rank's group together with those of the others. Collective.
-    pub fn new(bodies: Vec<BodyError>, groups: &Groups) -> Estimate {
-        let mut sums = [0.0; 2];
+    /// Puts the bodies and the contact pairs of this rank's group together with those of the others. Collective.
+    pub(crate) fn new(
+        case: &Case,
+        plan: &Plan,
+        bodies: Vec<BodyError>,
+        tables: &[MultiplierSide],
+    ) -> Estimate {
+        let groups = &plan.groups;
+        let mut sums = vec![[0.0; 2]; case.bodies.len()];
         for body in bodies.iter().filter(|_| groups.is_root()) {
-            sums[0] += body.error2;
-            sums[1] += body.energy2;
+            sums[body.body] = [body.error2, body.energy2];
         }
-        let sums = parallel::sum(&groups.world, &sums);
-        Estimate { bodies, energy: energy::relative(sums[0], sums[1]), ..Estimate::default() }
+        let sums = parallel::sum(&groups.world, sums.as_flattened());
+        let (sums, _) = sums.as_chunks::<2>();
+        let together = |chosen: &mut dyn Iterator<Item = &[f64; 2]>| {
+            let sum = chosen.fold([0.0; 2], |sum, s| [sum[0] + s[0], sum[1] + s[1]]);
+            energy::relative(sum[0], sum[1])
+        };
+        let mut pairs = vec![PairError::default(); case.contacts.len()];
+        let mut numbers = vec![[0.0; 3]; case.contacts.len()];
+        for table in tables {
+            let contact = &case.contacts[table.pair];
+            let mut own = contact.surfaces.iter().filter_map(|s| s.body.deformable()).map(|b| &sums[b]);
+            // Where displacements press the bodies together their stiffness, hence the pressure, is off by |e|^2 / |u|^2.
+            let stiffness = together(&mut own).powi(2);
+            let (relative, nodes) = table.errors();
+            if let Some(local) = relative {
+                numbers[table.pair] = [1.0, local + stiffness, table.side as f64];
+            }
+            pairs[table.pair].nodes = nodes;
+        }
+        let numbers = parallel::sum(&groups.world, numbers.as_flattened());
+        for ((pair, contact), &[touches, relative, side]) in
+            std::iter::zip(&mut pairs, &case.contacts).zip(numbers.as_chunks::<3>().0)
+        {
+            pair.pressure = (touches > 0.0).then_some(relative);
+            pair.side = side as usize;
+            pair.body = contact.surfaces[pair.side].body.deformable().unwrap_or(0);
+        }
+        let contact_pressure = pairs.iter().filter_map(|p| p.pressure).reduce(f64::max);
+        let body_energy = sums.iter().map(|s| energy::relative(s[0], s[1])).collect();
+        let energy = together(&mut sums.iter());
+        Estimate { bodies, body_energy, pairs, energy, contact_pressure }
+    }
+}
+
+/// The side of a pair that carries the multipliers, with what was found there.
+pub(crate) struct MultiplierSide<'a> {
+    pub pair: usize,
+    pub side: usize,
+    pub surface: &'a Surface,
+    pub table: &'a SideTable,
+}
+
+impl MultiplierSide<'_> {
+    /// Relative error of the peak pressure, and the nodes' errors.
+    fn errors(&self) -> (Option<f64>, Vec<NodeError>) {
+        let contact: Vec<Contact> = (self.table.status.iter())
+            .map(|status| match status {
+                2 => Contact::Closed,
+                1 => Contact::Open,
+                _ => Contact::None,
+            })
+            .collect();
+        let errors = Chain::new(self.surface).errors(&self.table.pressure, &contact);
+        let touching = (0..errors.len()).filter(|&n| contact[n] == Contact::Closed);
+        let nodes = touching.map(|n| NodeError { node: self.surface.nodes[n], error: errors[n] }).collect();
+        (pressure::relative(&self.table.pressure, &errors), nodes)
     }
 }

@@ -1,6 +1,7 @@
 //! `summary.json`: the run in numbers, for scripts. Its keys are a public interface, versioned by `schema`.
 use super::{Driver, LoadStep, Reason, Transfer};
 use crate::error::{Error, Result};
+use crate::estimate::Estimate;
 use serde::Serialize;
 use std::path::Path;
 
@@ -39,6 +40,8 @@ pub struct Summary {
     pub residual: f64,
     /// Ranks of the run.
     pub ranks: usize,
+    /// Discretisation error after the last step.
+    pub error_estimate: ErrorEstimate,
     /// The bodies, in file order.
     pub bodies: Vec<BodySummary>,
     /// Rigid motions that the supports leave free and contact has to hold.
@@ -61,6 +64,24 @@ pub struct Summary {
     pub warnings: Vec<String>,
     /// What went wrong, where, and what to do about it; empty if the result is a solution.
     pub diagnosis: Vec<String>,
+}
+
+/// Estimated discretisation error of the whole, relative.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct ErrorEstimate {
+    /// In the energy norm: |e| / sqrt(|u_h|^2 + |e|^2).
+    #[serde(skip_serializing_if = "not_finite")]
+    pub energy: f64,
+    /// Of the peak contact pressure, the largest of the pairs; absent if nothing touches.
+    #[serde(skip_serializing_if = "absent")]
+    pub contact_pressure: Option<f64>,
+}
+
+impl ErrorEstimate {
+    /// The numbers of an estimate.
+    pub fn of(estimate: &Estimate) -> ErrorEstimate {
+        ErrorEstimate { energy: estimate.energy, contact_pressure: estimate.contact_pressure }
+    }
 }
 
 /// A rigid motion of a body that its supports leave free.
@@ -96,11 +117,18 @@ pub struct StepSummary {
     pub pairs: Vec<PairSummary>,
     /// The probes, in file order.
     pub probes: Vec<ProbeSummary>,
+    /// Discretisation error at its end.
+    pub error_estimate: ErrorEstimate,
 }
 
 impl StepSummary {
     /// A step and what was found at its end.
-    pub fn new(step: &LoadStep, pairs: Vec<PairSummary>, probes: Vec<ProbeSummary>) -> Self {
+    pub fn new(
+        step: &LoadStep,
+        pairs: Vec<PairSummary>,
+        probes: Vec<ProbeSummary>,
+        error_estimate: ErrorEstimate,
+    ) -> Self {
         let LoadStep { name, loads, supports, temperature, reason, alternations, updates } = step.clone();
         let converged = reason.converged();
         StepSummary {
@@ -114,6 +142,7 @@ impl StepSummary {
             updates,
             pairs,
             probes,
+            error_estimate,
         }
     }
 }
@@ -160,6 +189,9 @@ pub struct BodySummary {
     pub interface_dofs: u64,
     /// Solves with its factorisation or its iterative solver.
     pub solves: u64,
+    /// Estimated discretisation error in the energy norm, relative; absent for a rigid body.
+    #[serde(skip_serializing_if = "absent")]
+    pub error_estimate: Option<f64>,
 }
 
 /// Invariants of the run, each relative to its own scale but the penetration; what could not be computed is absent.
@@ -207,6 +239,9 @@ pub struct PairSummary {
     /// Largest nodal pressure, Pa.
     #[serde(skip_serializing_if = "not_finite")]
     pub max_pressure: f64,
+    /// Estimated discretisation error of the peak pressure, relative to it; absent if nothing touches.
+    #[serde(skip_serializing_if = "absent")]
+    pub error_estimate: Option<f64>,
     /// Length in contact, interpolated to zero pressure, m.
     #[serde(skip_serializing_if = "not_finite")]
     pub contact_length: f64,
@@ -323,6 +358,7 @@ mod tests {
             response: Response::Solver,
             interface_dofs: 6,
             solves: 7,
+            error_estimate: Some(0.01),
         };
         let pair = PairSummary {
             name: "p".into(),
@@ -331,6 +367,7 @@ mod tests {
             moment: 0.5,
             multiplier_side: PairSide::B,
             max_pressure: 2.0,
+            error_estimate: Some(0.02),
             contact_length: 3.0,
             max_penetration: 0.0,
             force_imbalance: 1e-12,
@@ -363,6 +400,7 @@ mod tests {
             displacement_steps: 5,
             tolerance: 1e-8,
             residual: 1e-14,
+            error_estimate: ErrorEstimate { energy: 0.01, contact_pressure: Some(0.02) },
             ranks: 2,
             bodies: vec![body],
             free_modes: vec![FreeMode { body: "upper".into(), mode: "translation along x".into() }],
@@ -392,14 +430,14 @@ mod tests {
     #[test]
     fn keys_are_those_promised() {
         let json: Value = serde_json::from_str(&summary().to_json().unwrap()).unwrap();
-        let top = "alternations bodies case checks converged diagnosis displacement_steps driver force_steps free_modes kontakt \
+        let top = "alternations bodies case checks converged diagnosis displacement_steps driver error_estimate force_steps free_modes kontakt \
                    pairs peak_memory_mb probes ranks reason residual schema seconds tolerance transfer updates variant warnings";
         assert_eq!(keys(&json).join(" "), top);
         assert_eq!(
             keys(&json["bodies"][0]).join(" "),
-            "dofs factorisations interface_dofs interface_factorisations name ranks response solves"
+            "dofs error_estimate factorisations interface_dofs interface_factorisations name ranks response solves"
         );
-        let pair = "active candidates complementarity contact_length contraction force_imbalance max_penetration max_pressure \
+        let pair = "active candidates complementarity contact_length contraction error_estimate force_imbalance max_penetration max_pressure \
                     moment multiplier_side name normal_force open resultant";
         assert_eq!(keys(&json["pairs"][0]).join(" "), pair);
         assert_eq!(keys(&json["probes"][0]).join(" "), "body displacement name stress temperature x");
@@ -427,9 +465,11 @@ mod tests {
             alternations: 3,
             updates: 2,
         };
-        summary.steps = Some(vec![StepSummary::new(&step, summary.pairs.clone(), vec![])]);
+        summary.steps =
+            Some(vec![StepSummary::new(&step, summary.pairs.clone(), vec![], summary.error_estimate)]);
         let json: Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
-        let step = "alternations converged loads pairs probes reason supports temperature updates";
+        let step =
+            "alternations converged error_estimate loads pairs probes reason supports temperature updates";
         assert_eq!(keys(&json["steps"][0]).join(" "), step);
         assert_eq!(json["steps"][0]["converged"], false);
     }

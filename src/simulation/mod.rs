@@ -21,8 +21,9 @@ pub use relaxed::Interface;
 use crate::{
     body::{Body, LoadFactors},
     case::{self, Case},
+    contact::Surface,
     error::{Error, Result},
-    estimate::{BodyError, Estimate},
+    estimate::{BodyError, Estimate, MultiplierSide},
     output::{self, HistoryRow, LoadStep, Piece, Reason, ResultFile, RunInfo, State, StepSummary, Summary},
     parallel::{self, Exchange, agree},
 };
@@ -93,8 +94,7 @@ pub fn run_and_estimate(
     let drawn = if world.rank() == 0 { draw(case, &file, directory) } else { Ok(()) };
     agree(world, drawn)?;
     let clock = [writing.elapsed().as_secs_f64(), start.elapsed().as_secs_f64()];
-    let estimate = std::mem::take(&mut run.estimate);
-    let summary = run.summary(case, &plan, &engine, &info, clock);
+    let (summary, estimate) = run.summary(case, &plan, &engine, &info, clock);
     let written = if world.rank() == 0 { summary.write(&directory.join(output::SUMMARY)) } else { Ok(()) };
     agree(world, written)?;
     Ok((summary, estimate))
@@ -218,11 +218,12 @@ impl Run {
         });
         agree(world, finished)?;
         let probes = probe(case, plan, bodies, &recovered, world)?;
-        let (pairs, tables, beyond) = pair_results(case, &found, world, &mut self.warnings);
+        let (mut pairs, tables, beyond) = pair_results(case, &found, world, &mut self.warnings);
         if found.reason.converged() && beyond {
             found.reason = Reason::Penetration;
         }
-        self.estimate = Estimate::new(errors, groups);
+        let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, &found));
+        std::iter::zip(&mut pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
         self.checks = worst(self.checks, checks(&balances, &pairs, &found.ends, world));
         let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
         let counts = share_outcome(world, &mut found.reason, counts);
@@ -242,7 +243,9 @@ impl Run {
             alternations: counts[0],
             updates: counts[1],
         };
-        self.steps.push(StepSummary::new(&summary, pairs, probes));
+        let error_estimate = output::ErrorEstimate::of(&estimate);
+        self.steps.push(StepSummary::new(&summary, pairs, probes, error_estimate));
+        self.estimate = estimate;
         (self.piece, self.pairs, self.free_modes) = (piece, tables, found.free_modes);
         self.history.append(&mut found.history);
         self.warnings.append(&mut found.warnings);
@@ -279,7 +282,14 @@ impl Run {
     }
 
     /// The run in numbers. `clock`: seconds of writing, and in all. Collective.
-    fn summary(self, case: &Case, plan: &Plan, engine: &Engine, info: &RunInfo, clock: [f64; 2]) -> Summary {
+    fn summary(
+        self,
+        case: &Case,
+        plan: &Plan,
+        engine: &Engine,
+        info: &RunInfo,
+        clock: [f64; 2],
+    ) -> (Summary, Estimate) {
         let world = &plan.groups.world;
         let search = match engine {
             Engine::Active(active) => active.clock.search,
@@ -301,7 +311,10 @@ impl Run {
         let mut free_modes: Vec<(&str, &str)> =
             self.free_modes.iter().filter_map(|line| line.split_once('\t')).collect();
         free_modes.sort_by_key(|(body, _)| case.bodies.iter().position(|b| b.name == *body));
-        Summary {
+        let mut bodies = body_summaries(case, plan, engine, world);
+        std::iter::zip(&mut bodies, &self.estimate.body_energy)
+            .for_each(|(b, e)| b.error_estimate = Some(*e));
+        let summary = Summary {
             schema: Summary::SCHEMA,
             kontakt: env!("CARGO_PKG_VERSION").into(),
             case: case.name.clone(),
@@ -323,7 +336,8 @@ impl Run {
             tolerance: case.alternation.tolerance,
             residual: self.checks.residual,
             ranks: world.size() as usize,
-            bodies: body_summaries(case, plan, engine, world),
+            bodies,
+            error_estimate: output::ErrorEstimate::of(&self.estimate),
             free_modes: free_modes
                 .into_iter()
                 .map(|(body, mode)| output::FreeMode { body: body.into(), mode: mode.into() })
@@ -345,8 +359,19 @@ impl Run {
             peak_memory_mb: parallel::sum(world, &[peak_memory_mb()])[0],
             warnings: self.warnings,
             diagnosis: self.diagnosis,
-        }
+        };
+        (summary, self.estimate)
     }
+}
+
+/// The sides with multipliers that this rank holds.
+fn multiplier_sides<'a>(plan: &'a Plan, found: &'a Found) -> Vec<MultiplierSide<'a>> {
+    let ends = std::iter::zip(&plan.surfaces, &plan.ends);
+    let side = |(surface, &(pair, side, _)): (&'a Surface, &(usize, usize, usize))| {
+        let end = found.ends.iter().find(|e| e.multiplier && (e.pair, e.side) == (pair, side))?;
+        Some(MultiplierSide { pair, side, surface, table: &end.table })
+    };
+    ends.filter_map(side).collect()
 }
 
 /// Rank 0's verdict and counts, known to all. Rank 0 is always a group's first rank. Collective.
@@ -403,6 +428,7 @@ fn body_summaries(
             response: if counts[2] > 0.5 { output::Response::Condensed } else { output::Response::Solver },
             interface_dofs: counts[3] as u64,
             solves: counts[4] as u64,
+            error_estimate: None,
         })
         .collect()
 }

@@ -69,6 +69,7 @@ pub(super) fn pair_results(
                 moment: if own { s[11] } else { -s[12] },
                 multiplier_side: if s[13] > 0.0 { PairSide::B } else { PairSide::A },
                 max_pressure: m[0],
+                error_estimate: None,
                 contact_length: s[7],
                 max_penetration: m[1],
                 force_imbalance,
