@@ -6,6 +6,11 @@ use super::table::{Row, Table};
 const TARGET: f64 = 1e-2;
 const MORE: f64 = 10.0;
 
+/// What is smaller, in percent, is round-off.
+const PERCENT_OF_ROUND_OFF: f64 = 1e-11;
+/// Errors that differ by less than this factor are alike.
+const ALIKE: f64 = 1.05;
+
 /// A run as a point of the diagram.
 pub(super) struct Point<'a> {
     pub row: &'a Row,
@@ -31,9 +36,10 @@ pub(super) fn points<'a>(table: &'a Table, quantity: &str) -> Vec<Point<'a>> {
         }
     }
     let better = |a: &Point, b: &Point| {
-        a.row.seconds.median <= b.row.seconds.median
-            && a.reliable <= b.reliable
-            && (a.row.seconds.median < b.row.seconds.median || a.reliable < b.reliable)
+        let faster = a.row.seconds.median < b.row.seconds.median;
+        let as_fast = a.row.seconds.median <= b.row.seconds.median;
+        let sharper = ALIKE * a.reliable < b.reliable;
+        (faster && a.reliable <= ALIKE * b.reliable) || (as_fast && sharper)
     };
     let best: Vec<bool> =
         points.iter().map(|point| !points.iter().any(|other| better(other, point))).collect();
@@ -113,7 +119,7 @@ pub(super) fn percent(error: f64) -> String {
     let value = 100.0 * error;
     match value {
         value if !value.is_finite() => "–".into(),
-        0.0 => "0".into(),
+        value if value < PERCENT_OF_ROUND_OFF => "round-off".into(),
         value if value >= 10.0 => format!("{value:.0} %"),
         value if value >= 1e-3 => {
             let decimals = (1.0 - value.log10().floor()).max(0.0) as usize;
@@ -126,6 +132,18 @@ pub(super) fn percent(error: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn point(row: &Row, reliable: f64) -> Point<'_> {
+        Point { row, error: reliable, reliable, best: false }
+    }
+
+    #[test]
+    fn the_cheapest_run_is_the_one_with_the_least_time() {
+        let rows: Vec<Row> = [3.0, 1.0, 2.0].map(Row::of_time).into();
+        let points = [point(&rows[0], 1e-4), point(&rows[1], 1e-2), point(&rows[2], 1e-3)];
+        let time = |error| cheapest(&points, error).map(|point| point.row.seconds.median);
+        assert_eq!([time(0.1), time(5e-3), time(1e-4), time(1e-5)], [Some(1.0), Some(2.0), Some(3.0), None]);
+    }
 
     #[test]
     fn numbers_as_people_write_them() {

@@ -197,9 +197,13 @@ fn diagram(plan: &Plan, table: &Table, quantity: &str) -> Precision {
     };
     Precision {
         title: format!("{}: error of {what} over time", plan.case.title),
-        time: "seconds of a run, by level of refinement".into(),
+        time: "seconds of a run (numbers: level of refinement)".into(),
         error: format!("relative error of {what}"),
         curves: (0..table.labels.len()).map(curve).filter(|curve| !curve.points.is_empty()).collect(),
         known_to: table.references[quantity].known_to,
+        known_text: match table.references[quantity].exact {
+            true => "exact value and limit of the meshes differ by this",
+            false => "the limit of the meshes is known to this",
+        },
     }
 }

@@ -122,23 +122,21 @@ impl Page<'_> {
         if table.names.is_empty() {
             return String::new();
         }
-        let mut text = "## Quantities\n\n| quantity | reference | from | smallest error | order at the finest levels |\n|---|---|---|---|---|\n".to_string();
+        let order = |label: &String| if label.is_empty() { "order".into() } else { format!("order: {label}") };
+        let orders: Vec<String> = table.labels.iter().map(order).collect();
+        let mut text = format!(
+            "## Quantities\n\n| quantity | reference | from | smallest error | {} |\n|---|---|---|---|{}\n",
+            orders.join(" | "),
+            "---|".repeat(orders.len())
+        );
         for name in &table.names {
             let reference = &table.references[name];
-            let smallest = table.rows.iter().filter_map(|row| row.errors.get(name)).copied().fold(f64::INFINITY, f64::min);
-            let orders: Vec<String> = (0..table.labels.len())
-                .filter_map(|choice| {
-                    let order = self.order(name, choice, reference)?;
-                    Some(match table.labels[choice].as_str() {
-                        "" => order,
-                        label => format!("{label}: {order}"),
-                    })
-                })
-                .collect();
-            let orders = if orders.is_empty() { "–".into() } else { orders.join("; ") };
-            let values = vector(&reference.values);
+            let smallest =
+                table.rows.iter().filter_map(|row| row.errors.get(name)).copied().fold(f64::INFINITY, f64::min);
+            let order = |choice| self.order(name, choice, reference).unwrap_or("–".into());
+            let orders: Vec<String> = (0..table.labels.len()).map(order).collect();
             let from = match (&reference.limit, reference.exact) {
-                (_, true) => "`[exact]`".to_string(),
+                (_, true) => "exact".to_string(),
                 (Some((choice, limit)), false) => {
                     let label = &table.labels[*choice];
                     let of = if label.is_empty() { String::new() } else { format!(" of {label}") };
@@ -146,8 +144,19 @@ impl Page<'_> {
                 }
                 (None, false) => "–".into(),
             };
-            let _ = writeln!(text, "| {name} | {values} {} | {from} | {} | {orders} |", reference.unit, percent(smallest));
+            let _ = writeln!(
+                text,
+                "| {name} | {} {} | {from} | {} | {} |",
+                vector(&reference.values),
+                reference.unit,
+                percent(smallest),
+                orders.join(" | ")
+            );
         }
+        text.push_str(
+            "\nExact: by the case's `[exact]`. Limit: Richardson extrapolation of the finest three levels. Order: at the finest \
+             levels, of the errors where the reference is exact, else of the differences from level to level.\n",
+        );
         text + "\n"
     }
 
@@ -174,8 +183,8 @@ impl Page<'_> {
             if reference.exact {
                 if reference.known_to > 0.0 {
                     warnings.push(format!(
-                        "{quantity}: the meshes tend to {}, the exact value is {}: they differ by {}, and errors below that say \
-                         nothing of the mesh.",
+                        "{quantity}: the finest levels tend to {}, the exact value is {}: they differ by {}. Either the closed form \
+                         holds no better than that, or finer levels are needed; smaller errors say nothing.",
                         vector(&limit.values),
                         vector(&reference.values),
                         percent(reference.known_to)
@@ -200,6 +209,9 @@ fn not_asymptotic(limit: &Limit) -> Option<String> {
         Behaviour::Slow => Some(format!(
             "not asymptotic: order {order:.1} on the finest levels, below {LOWEST_ORDER}; it may have no limit, as at a sharp \
              corner, and the finest level stands for it"
+        )),
+        Behaviour::Erratic => Some(format!(
+            "not asymptotic: order {order:.1} on the finest levels, and another one on those before; finer levels are needed"
         )),
         Behaviour::Fast => Some(format!(
             "not asymptotic: order {order:.1} on the finest levels, more than the elements have; finer levels are needed"

@@ -7,6 +7,10 @@ use super::quantity::{difference, norm};
 
 /// Orders below this are no convergence that could be extrapolated.
 pub(super) const LOWEST_ORDER: f64 = 0.5;
+/// Orders of two triples of levels that differ by more than this show no rate.
+const STEADY_ORDER: f64 = 1.0;
+/// The limit is never taken to be better than this part of what the extrapolation added.
+const TRUST: f64 = 0.1;
 /// Differences below this part of the value are round-off.
 const ROUND_OFF: f64 = 1e-11;
 
@@ -33,6 +37,8 @@ pub(super) enum Behaviour {
     Slow,
     /// They converge faster than these elements can.
     Fast,
+    /// They converge, but with another order from one triple of levels to the next.
+    Erratic,
 }
 
 /// The limit of values by level, coarse first; none with fewer than three levels, or levels unevenly spaced. `highest` is
@@ -45,7 +51,12 @@ pub(super) fn limit(levels: &[(usize, &[f64])], highest: f64) -> Option<Limit> {
     match before {
         Some(before) if before.behaviour == Behaviour::Asymptotic && found.behaviour == Behaviour::Asymptotic => {
             let moved = norm(&difference(&found.values, &before.values)) / norm(&found.values);
-            Some(Limit { uncertainty: moved, ..found })
+            let change = before.order.zip(found.order).map_or(0.0, |(a, b)| (a - b).abs());
+            if change > STEADY_ORDER {
+                let uncertainty = moved.max(found.uncertainty);
+                return Some(Limit { uncertainty, behaviour: Behaviour::Erratic, ..found });
+            }
+            Some(Limit { uncertainty: moved.max(TRUST * found.uncertainty), ..found })
         }
         _ => Some(found),
     }
@@ -127,6 +138,8 @@ mod tests {
         assert_eq!(behaviour(|h| h.powf(-0.5)), Behaviour::Slow);
         assert_eq!(behaviour(|h| 1.0 + h.powi(6)), Behaviour::Fast);
         assert_eq!(behaviour(|_| 2.0), Behaviour::Settled);
+        let erratic = |h: f64| 1.0 + if h > 0.9 { 0.5 } else { 0.1 * h };
+        assert_eq!(limit_of(erratic, &[0, 1, 2, 3]).unwrap().behaviour, Behaviour::Erratic);
         assert!(limit_of(|h| h, &[0, 1]).is_none() && limit_of(|h| 1.0 + h, &[0, 1, 3]).is_none());
     }
 }

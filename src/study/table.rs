@@ -162,7 +162,7 @@ impl Table {
             }
             self.limits.insert((name.to_string(), choice), limit);
         }
-        let limit = best.map(|(choice, _, limit)| (choice, limit));
+        let limit = best.map(|(choice, _, limit)| (choice, self.compared(name, choice, limit)));
         let unit = self.rows.iter().flat_map(|row| &row.quantities).find(|q| q.name == name).map_or("", |q| q.unit);
         let values = match (known, &limit) {
             (Some(known), _) => known.clone(),
@@ -178,7 +178,7 @@ impl Table {
             // A closed form that the meshes do not tend to is no better than its distance from their limit.
             (Some(known), Some((_, limit))) if limit.behaviour == Behaviour::Asymptotic => {
                 let away = norm(&difference(known, &limit.values)) / scale;
-                if away > 3.0 * limit.uncertainty { away } else { 0.0 }
+                if away > limit.uncertainty { away } else { 0.0 }
             }
             _ => 0.0,
         };
@@ -201,6 +201,18 @@ impl Table {
         }
         let reference = Reference { unit, values, exact: known.is_some(), limit, known_to };
         self.references.insert(name.to_string(), reference);
+    }
+
+    /// The limit of a choice, no better known than the nearest limit of another choice says: elements of different kinds
+    /// have one limit.
+    fn compared(&self, name: &str, choice: usize, limit: Limit) -> Limit {
+        let good = |other: &Limit| other.behaviour == Behaviour::Asymptotic;
+        let away = |other: &Limit| norm(&difference(&other.values, &limit.values)) / norm(&limit.values);
+        let others = (0..self.labels.len()).filter(|other| *other != choice);
+        let others = others.filter_map(|other| self.limits.get(&(name.to_string(), other)));
+        let nearest = others.filter(|other| good(other)).map(away).fold(f64::INFINITY, f64::min);
+        let uncertainty = if nearest.is_finite() { limit.uncertainty.max(nearest) } else { limit.uncertainty };
+        Limit { uncertainty, ..limit }
     }
 
     /// The largest order that a quantity can have with the elements of a choice.
@@ -254,6 +266,30 @@ fn spread(mut values: Vec<f64>) -> Spread {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Row {
+        /// A run that took so long and gave nothing.
+        pub fn of_time(seconds: f64) -> Row {
+            let time = spread(vec![seconds]);
+            Row {
+                choice: 0,
+                level: 0,
+                ranks: 1,
+                converged: true,
+                ending: "converged".into(),
+                error_text: None,
+                repetitions: 1,
+                summary: Value::Null,
+                seconds: time,
+                process: time,
+                cpu: time,
+                memory: 1.0,
+                quantities: Vec::new(),
+                errors: BTreeMap::new(),
+                orders: BTreeMap::new(),
+            }
+        }
+    }
 
     #[test]
     fn median_and_range() {

@@ -30,8 +30,9 @@ pub(crate) struct Precision {
     pub time: String,
     pub error: String,
     pub curves: Vec<PrecisionCurve>,
-    /// Errors below this say nothing, since the reference is not known better; 0: it is.
+    /// Errors below this say nothing, and in a few words why; 0: all do.
     pub known_to: f64,
+    pub known_text: &'static str,
 }
 
 /// The levels of one choice.
@@ -103,8 +104,7 @@ impl Precision {
         }
         entries.push((Symbol::Ring(INK), "no run is as accurate for less time".into()));
         if self.known_to > 0.0 {
-            let name = "the reference is known to this".to_string();
-            entries.push((Symbol::Dashes(INK.stroke_width(1)), name));
+            entries.push((Symbol::Dashes(INK.stroke_width(1)), self.known_text.into()));
         }
         Legend::new(entries, SIZE.0 as i32 - 2 * LEFT)
     }
@@ -170,7 +170,8 @@ fn draw_curve<B: DrawingBackend>(
         if p.best {
             area.draw(&Circle::new((px, py), 8, INK.stroke_width(1))).map_err(failed)?;
         }
-        area.draw(&Text::new(p.level.to_string(), (px + 8, py - 5), small.clone())).map_err(failed)?;
+        let aside = if p.best { 10 } else { 7 };
+        area.draw(&Text::new(p.level.to_string(), (px + aside, py - 5), small.clone())).map_err(failed)?;
     }
     Ok(())
 }
