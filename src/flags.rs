@@ -9,25 +9,55 @@ pub struct StudyArgs {
     #[command(flatten)]
     pub case: CaseArgs,
     /// Levels of refinement, 0..3 or 0,2,4: how often the elements of the case's meshes are split into four.
-    #[arg(long, alias = "level", value_name = "LEVELS", help_heading = "What is varied (before the case's [study])")]
+    #[arg(
+        long,
+        alias = "level",
+        value_name = "LEVELS",
+        help_heading = "What is varied (before the case's [study])"
+    )]
     levels: Option<String>,
     /// Elements of the generated meshes: tri3,tri6,quad4,quad8.
-    #[arg(long, alias = "element", value_name = "LIST", help_heading = "What is varied (before the case's [study])")]
+    #[arg(
+        long,
+        alias = "element",
+        value_name = "LIST",
+        help_heading = "What is varied (before the case's [study])"
+    )]
     elements: Option<String>,
     /// Tolerances of the alternation: 1e-4,1e-8.
-    #[arg(long, alias = "tolerance", value_name = "LIST", help_heading = "What is varied (before the case's [study])")]
+    #[arg(
+        long,
+        alias = "tolerance",
+        value_name = "LIST",
+        help_heading = "What is varied (before the case's [study])"
+    )]
     tolerances: Option<String>,
     /// Drivers of the alternation: "active set,relaxed".
-    #[arg(long, alias = "driver", value_name = "LIST", help_heading = "What is varied (before the case's [study])")]
+    #[arg(
+        long,
+        alias = "driver",
+        value_name = "LIST",
+        help_heading = "What is varied (before the case's [study])"
+    )]
     drivers: Option<String>,
     /// Weights of the relaxed driver: response,stiffness,0.5.
     #[arg(long, value_name = "LIST", help_heading = "What is varied (before the case's [study])")]
     weights: Option<String>,
     /// Transfers across the interface: mortar,pointwise.
-    #[arg(long, alias = "transfer", value_name = "LIST", help_heading = "What is varied (before the case's [study])")]
+    #[arg(
+        long,
+        alias = "transfer",
+        value_name = "LIST",
+        help_heading = "What is varied (before the case's [study])"
+    )]
     transfers: Option<String>,
     /// How the bodies answer: condensed,solver.
-    #[arg(long, alias = "response", value_name = "LIST", help_heading = "What is varied (before the case's [study])")]
+    #[arg(
+        long,
+        alias = "response",
+        value_name = "LIST",
+        help_heading = "What is varied (before the case's [study])"
+    )]
     responses: Option<String>,
     /// Numbers of ranks: 1,2,4.
     #[arg(long, value_name = "LIST", help_heading = "What is varied (before the case's [study])")]

@@ -145,7 +145,7 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     refuse_duplicates(&probes, "probes");
     let probes = all(probes.iter().map(|table| contact::probe(table, named)));
     let output = contact::output(&fields);
-    let study = study::read(&fields);
+    let study = study::read(&fields, contacts.as_deref(), probes.as_deref());
     let exact = exact::read(&fields, contacts.as_deref(), probes.as_deref());
     Some(Case {
         name: String::new(),
@@ -312,7 +312,7 @@ rigid.polyline = { points = [[0, 0], [1, 0]] }
 [exact]
 press_fit = { radii = [1, 2, 3], interference = 1e-3 }
 [[contact]]
-surfaces = ["a.outer", "b.inner"]
+surfaces = ["a.arc", "b.inner"]
 "#,
         r#"analysis = "plane stress"
 [[body]]

@@ -833,7 +833,7 @@ Combinations that do not exist (weights without the relaxed driver, mortar with 
                 Text,
                 is("the first peak pressure, or else the first probe"),
                 "What accuracy is judged by: `PAIR.peak_pressure`, `PAIR.force`, `PAIR.contact_length`, \
-`PROBE.displacement`, `PROBE.stress`, `energy`.",
+`PROBE.displacement`, `PROBE.stress`.",
             ),
             key(
                 "set",

@@ -1,7 +1,7 @@
 //! `[study]`: what `kontakt study` sweeps.
 use super::node::Value;
 use super::reader::{Field, Fields, all};
-use super::{Driver, alternation, nearest, schema};
+use super::{ContactCase, Driver, ProbeCase, alternation, nearest, schema};
 
 /// Finest level a study may ask for: 4^10 times the elements of the case's own mesh.
 const FINEST: i64 = 10;
@@ -56,7 +56,11 @@ impl Default for StudyCase {
 }
 
 /// Reads `[study]`; every key has a default.
-pub(super) fn read(case: &Fields<'_>) -> StudyCase {
+pub(super) fn read(
+    case: &Fields<'_>,
+    contacts: Option<&[ContactCase]>,
+    probes: Option<&[ProbeCase]>,
+) -> StudyCase {
     let mut study = StudyCase::default();
     let Some(fields) = case.table("study") else { return study };
     if let Some(levels) = list(&fields, "levels", levels) {
@@ -75,7 +79,7 @@ pub(super) fn read(case: &Fields<'_>) -> StudyCase {
         .unwrap_or_default();
     study.ranks = list(&fields, "ranks", |field| items(field, |item| item.count())).unwrap_or(study.ranks);
     study.repeat = fields.count("repeat").unwrap_or(study.repeat);
-    study.quantity = fields.text("quantity").map(str::to_string);
+    study.quantity = quantity(&fields, contacts, probes);
     study.sets = sets(&fields);
     let relaxed = match &study.drivers[..] {
         [] => true,
@@ -85,6 +89,27 @@ pub(super) fn read(case: &Fields<'_>) -> StudyCase {
         fields.error_at("weights", "weights belong to the driver \"relaxed\", which 'drivers' does not list");
     }
     study
+}
+
+/// What a pair or a probe has.
+const OF_PAIR: [&str; 3] = ["peak_pressure", "force", "contact_length"];
+const OF_PROBE: [&str; 2] = ["displacement", "stress"];
+
+/// A quantity that the case has.
+fn quantity(
+    fields: &Fields<'_>,
+    contacts: Option<&[ContactCase]>,
+    probes: Option<&[ProbeCase]>,
+) -> Option<String> {
+    let name = fields.text("quantity")?;
+    let of_pairs = contacts?.iter().flat_map(|c| OF_PAIR.map(|what| format!("{}.{what}", c.name)));
+    let of_probes = probes?.iter().flat_map(|p| OF_PROBE.map(|what| format!("{}.{what}", p.name)));
+    let all: Vec<String> = of_pairs.chain(of_probes).collect();
+    if all.iter().any(|other| other == name) {
+        return Some(name.to_string());
+    }
+    let names: Vec<&str> = all.iter().map(String::as_str).collect();
+    fields.field("quantity")?.refuse(nearest::hint(name, &names).trim_end())
 }
 
 /// The values of a key: at least one, none of them twice.

@@ -21,8 +21,8 @@ mod tables;
 mod vtkhdf;
 
 pub use file::write;
-pub use history::{HistoryRow, PairRow, mean_contraction};
 pub(crate) use file::write_complete;
+pub use history::{HistoryRow, PairRow, mean_contraction};
 pub use picture::draw;
 pub(crate) use picture::{Precision, PrecisionCurve, PrecisionPoint};
 pub use read::Results;

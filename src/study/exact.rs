@@ -2,8 +2,8 @@
 use crate::{
     Result,
     case::{
-        Analysis, BodyCase, BodyRef, Case, ClosedForm, ExactCase, Gap, HertzLoad, MaterialCase, Property, Scalar,
-        Temperature,
+        Analysis, BodyCase, BodyRef, Case, ClosedForm, ExactCase, Gap, HertzLoad, MaterialCase, Property,
+        Scalar, Temperature,
     },
 };
 use std::{collections::BTreeMap, f64::consts::PI};
@@ -122,7 +122,8 @@ fn press_fit(
         let part = if s == 0.0 { 0.0 } else { term / r };
         [u, k * (1.0 - part), k * (1.0 + part)]
     };
-    let opening = at(&rings[1].1, rings[1].2, rings[1].3, b)[0] - at(&rings[0].1, rings[0].2, rings[0].3, b)[0];
+    let opening =
+        at(&rings[1].1, rings[1].2, rings[1].3, b)[0] - at(&rings[0].1, rings[0].2, rings[0].3, b)[0];
     let pressure = interference / opening;
     let mut probes = Known::new();
     for probe in &case.probes {
@@ -184,7 +185,9 @@ fn heating(exact: &ExactCase, body: &BodyCase) -> Result<f64> {
     match &body.temperature {
         None => Ok(0.0),
         Some(Temperature::Field(Scalar::Constant(t))) => Ok(t - body.material.reference_temperature),
-        Some(_) => Err(exact.origin.error(format!("the closed form needs one temperature all over body '{}'", body.name))),
+        Some(_) => Err(exact
+            .origin
+            .error(format!("the closed form needs one temperature all over body '{}'", body.name))),
     }
 }
 
@@ -228,8 +231,11 @@ mod tests {
     #[test]
     fn closed_forms_give_the_numbers_of_the_cases() {
         for (variant, force) in [(None, 1e6), (Some("E2"), 1.333333e6), (Some("E10"), 1.818182e6)] {
-            let known =
-                of("hertz-line", variant, "{ hertz_line = { radius = [0.05, 0.05], half_width = 5.25232e-4 } }");
+            let known = of(
+                "hertz-line",
+                variant,
+                "{ hertz_line = { radius = [0.05, 0.05], half_width = 5.25232e-4 } }",
+            );
             near(known["contact.force"][0], force, 1e-5);
             near(known["contact.peak_pressure"][0], 1.212074e9 * force / 1e6, 1e-5);
         }

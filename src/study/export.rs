@@ -65,7 +65,9 @@ pub(super) fn columns(plan: &Plan, table: &Table) -> Vec<Column> {
         match components.map_or(&[][..], |q| q.components) {
             [] => number(name, unit, &|row| row.value(name).map_or(f64::NAN, |v| v[0])),
             components => components.iter().enumerate().for_each(|(i, component)| {
-                number(&format!("{name}.{component}"), unit, &|row| row.value(name).map_or(f64::NAN, |v| v[i]));
+                number(&format!("{name}.{component}"), unit, &|row| {
+                    row.value(name).map_or(f64::NAN, |v| v[i])
+                });
             }),
         }
         number(&format!("{name}.error"), "", &|row| row.errors.get(name).copied().unwrap_or(f64::NAN));
@@ -95,7 +97,8 @@ pub(super) fn write_hdf5(path: &Path, columns: &[Column]) -> Result<()> {
         let dataset = match &column.cells {
             Cells::Number(values) => group.new_dataset_builder().with_data(values).create(name.as_str())?,
             Cells::Text(texts) => {
-                let texts: Vec<VarLenUnicode> = texts.iter().map(|text| unicode(text)).collect::<Result<_>>()?;
+                let texts: Vec<VarLenUnicode> =
+                    texts.iter().map(|text| unicode(text)).collect::<Result<_>>()?;
                 group.new_dataset_builder().with_data(&texts).create(name.as_str())?
             }
         };

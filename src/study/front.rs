@@ -82,7 +82,11 @@ pub(super) fn sentence(table: &Table, quantity: &str) -> String {
         Some(second) => format!("ten times more accuracy costs {}", costs(second)),
         None if std::ptr::eq(most.row, first.row) => "none is more accurate".to_string(),
         None => {
-            format!("ten times more is not reached, the best is {} for {}", percent(most.reliable), costs(most))
+            format!(
+                "ten times more is not reached, the best is {} for {}",
+                percent(most.reliable),
+                costs(most)
+            )
         }
     };
     format!("For 1 % of {what}: {}, {}{has}; {more}.", name(table, first.row), seconds(time))

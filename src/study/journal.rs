@@ -53,8 +53,9 @@ pub(super) struct Journal {
 impl Header {
     /// For this program.
     pub fn new(fingerprint: u64, options: &[String]) -> Result<Header> {
-        let executable =
-            std::env::current_exe().and_then(fs::read).map_err(|e| Error::internal(format!("own executable: {e}")))?;
+        let executable = std::env::current_exe()
+            .and_then(fs::read)
+            .map_err(|e| Error::internal(format!("own executable: {e}")))?;
         let mut hasher = DefaultHasher::new();
         executable.hash(&mut hasher);
         let program = format!("{} {:016x}", env!("CARGO_PKG_VERSION"), hasher.finish());
@@ -76,8 +77,9 @@ impl Journal {
             Some(_) => Found::OtherCase,
         };
         // A line that a kill has cut short is no run.
-        let kept: Vec<&str> =
-            lines.filter(|line| found == Found::Same && serde_json::from_str::<Entry>(line).is_ok()).collect();
+        let kept: Vec<&str> = lines
+            .filter(|line| found == Found::Same && serde_json::from_str::<Entry>(line).is_ok())
+            .collect();
         let entries = kept.iter().filter_map(|line| serde_json::from_str(line).ok()).collect();
         let mut text = serde_json::to_string(header).map_err(Error::internal)? + "\n";
         kept.iter().for_each(|line| text.extend([line, "\n"]));
@@ -101,7 +103,8 @@ impl Journal {
         let entry = Entry { run, repetition, measured };
         let line = serde_json::to_string(&entry).map_err(Error::internal)? + "\n";
         let written = fs::OpenOptions::new().append(true).open(&self.path);
-        let written = written.and_then(|mut file| file.write_all(line.as_bytes()).and_then(|()| file.sync_data()));
+        let written =
+            written.and_then(|mut file| file.write_all(line.as_bytes()).and_then(|()| file.sync_data()));
         written.map_err(|e| Error::internal(format!("cannot write {}: {e}", self.path.display())))?;
         self.entries.push(entry);
         Ok(())

@@ -60,12 +60,15 @@ pub fn study(request: &Request) -> Result<i32> {
     let plan = Plan::new(request)?;
     let known = exact::known(&plan.case)?;
     let directory = directory(request, &plan);
-    std::fs::create_dir_all(&directory)
-        .map_err(|e| Error::input(format!("cannot write to the results directory {}: {e}", directory.display())))?;
+    std::fs::create_dir_all(&directory).map_err(|e| {
+        Error::input(format!("cannot write to the results directory {}: {e}", directory.display()))
+    })?;
     let header = Header::new(plan.case.fingerprint, &request.petsc_options)?;
     let (mut journal, found) = Journal::open(&directory, &header, request.fresh)?;
     match found {
-        Found::OtherCase => eprintln!("the case has changed since the runs in {}: all anew", directory.display()),
+        Found::OtherCase => {
+            eprintln!("the case has changed since the runs in {}: all anew", directory.display())
+        }
         Found::OtherProgram => {
             eprintln!("the runs in {} are of another build of kontakt: all anew", directory.display());
         }
@@ -88,7 +91,8 @@ fn run_all(request: &Request, plan: &Plan, directory: &Path, journal: &mut Journ
     remove_leftovers(directory);
     let repeat = plan.case.study.repeat;
     let all = (0..repeat).flat_map(|repetition| plan.runs.iter().map(move |run| (repetition, run)));
-    let missing: Vec<_> = all.filter(|(repetition, run)| journal.get(&run.id(), *repetition).is_none()).collect();
+    let missing: Vec<_> =
+        all.filter(|(repetition, run)| journal.get(&run.id(), *repetition).is_none()).collect();
     let progress = Progress::new(plan, missing.iter().map(|(_, run)| *run));
     let labels = plan.labels();
     for (repetition, run) in missing {
@@ -104,6 +108,8 @@ fn run_all(request: &Request, plan: &Plan, directory: &Path, journal: &mut Journ
         journal.add(id, repetition, measured)?;
     }
     progress.finish();
+    // A run that has outlived its study may have come back to it.
+    remove_leftovers(directory);
     Ok(())
 }
 
@@ -121,7 +127,7 @@ fn remove_leftovers(directory: &Path) {
 
 /// Writes and prints the results.
 fn report(request: &Request, plan: &Plan, table: &Table, directory: &Path) -> Result<i32> {
-    let quantity = quantity(plan, table)?;
+    let quantity = quantity(plan, table);
     let columns = export::columns(plan, table);
     export::write_csv(&directory.join("study.csv"), &columns)?;
     export::write_hdf5(&directory.join("study.h5"), &columns)?;
@@ -141,7 +147,8 @@ fn report(request: &Request, plan: &Plan, table: &Table, directory: &Path) -> Re
     if let Some(path) = &request.page {
         let picture = path.with_extension("svg");
         if let Some(parent) = path.parent().filter(|parent| !parent.as_os_str().is_empty()) {
-            std::fs::create_dir_all(parent).map_err(|e| Error::input(format!("{}: {e}", parent.display())))?;
+            std::fs::create_dir_all(parent)
+                .map_err(|e| Error::input(format!("{}: {e}", parent.display())))?;
         }
         let name = picture.file_name().unwrap_or_default().to_string_lossy();
         write_complete(path, page(&name).markdown().as_bytes())?;
@@ -161,19 +168,17 @@ fn report(request: &Request, plan: &Plan, table: &Table, directory: &Path) -> Re
     Ok(if converged { 0 } else { NOTHING_CONVERGED })
 }
 
-/// The quantity that accuracy is judged by: the one asked for, else the first peak pressure, else the first there is.
-fn quantity(plan: &Plan, table: &Table) -> Result<Option<String>> {
+/// The quantity that accuracy is judged by: the one asked for, else the first peak pressure, else the first there is. None
+/// where nothing is known of it.
+fn quantity(plan: &Plan, table: &Table) -> Option<String> {
     if let Some(asked) = &plan.case.study.quantity {
-        if !table.names.contains(asked) && !table.names.is_empty() {
-            return Err(Error::input(format!(
-                "study.quantity: \"{asked}\" was given; there is: {}",
-                table.names.join(", ")
-            )));
+        if !table.names.contains(asked) {
+            eprintln!("warning: no run and no limit say what {asked} should be; it is not judged");
         }
-        return Ok(table.names.contains(asked).then(|| asked.clone()));
+        return table.names.contains(asked).then(|| asked.clone());
     }
     let pressure = table.names.iter().find(|name| name.ends_with(".peak_pressure"));
-    Ok(pressure.or(table.names.first()).cloned())
+    pressure.or(table.names.first()).cloned()
 }
 
 fn diagram(plan: &Plan, table: &Table, quantity: &str) -> Precision {

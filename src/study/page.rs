@@ -24,10 +24,17 @@ impl Page<'_> {
     /// As Markdown.
     pub fn markdown(&self) -> String {
         let mut page = format!("# {}: what accuracy costs\n\n", self.title);
-        let _ = write!(page, "Written by `{}`, kontakt {}{}.\n\n", self.command, env!("CARGO_PKG_VERSION"), machine());
+        let _ = write!(
+            page,
+            "Written by `{}`, kontakt {}{}.\n\n",
+            self.command,
+            env!("CARGO_PKG_VERSION"),
+            machine()
+        );
         if let Some(quantity) = self.quantity {
             let what = spoken(quantity, self.table.has_several_pairs());
-            let _ = write!(page, "**{}**\n\n![Error of {what} over time]({})\n\n", self.answer(), self.picture);
+            let _ =
+                write!(page, "**{}**\n\n![Error of {what} over time]({})\n\n", self.answer(), self.picture);
             page.push_str(&self.targets(quantity, &what));
         }
         page.push_str(&self.runs());
@@ -50,13 +57,17 @@ impl Page<'_> {
 
     fn targets(&self, quantity: &str, what: &str) -> String {
         let points = points(self.table, quantity);
-        let mut text = format!("| error of {what} at most | cheapest run | unknowns | time | CPU | memory |\n|---|---|---|---|---|---|\n");
+        let mut text = format!(
+            "| error of {what} at most | cheapest run | unknowns | time | CPU | memory |\n|---|---|---|---|---|---|\n"
+        );
         let mut before: Option<&Row> = None;
         for target in TARGETS {
             let Some(Point { row, .. }) = cheapest(&points, target) else { break };
             // A run that has more than the next accuracy is named for the best it has.
             let next = cheapest(&points, target / 10.0).map(|point| point.row);
-            if next.is_some_and(|next| std::ptr::eq(next, *row)) || before.is_some_and(|b| std::ptr::eq(b, *row)) {
+            if next.is_some_and(|next| std::ptr::eq(next, *row))
+                || before.is_some_and(|b| std::ptr::eq(b, *row))
+            {
                 continue;
             }
             before = Some(row);
@@ -77,7 +88,8 @@ impl Page<'_> {
     /// The runs: one line each.
     fn runs(&self) -> String {
         let table = self.table;
-        let estimated = |key: &str| table.rows.iter().any(|row| !row.number(&["error_estimate", key]).is_nan());
+        let estimated =
+            |key: &str| table.rows.iter().any(|row| !row.number(&["error_estimate", key]).is_nan());
         let labelled = table.labels.len() > 1;
         let what = self.quantity.map(|quantity| spoken(quantity, table.has_several_pairs()));
         let mut heads = Vec::new();
@@ -122,7 +134,8 @@ impl Page<'_> {
         if table.names.is_empty() {
             return String::new();
         }
-        let order = |label: &String| if label.is_empty() { "order".into() } else { format!("order: {label}") };
+        let order =
+            |label: &String| if label.is_empty() { "order".into() } else { format!("order: {label}") };
         let orders: Vec<String> = table.labels.iter().map(order).collect();
         let mut text = format!(
             "## Quantities\n\n| quantity | reference | from | smallest error | {} |\n|---|---|---|---|{}\n",
@@ -131,8 +144,12 @@ impl Page<'_> {
         );
         for name in &table.names {
             let reference = &table.references[name];
-            let smallest =
-                table.rows.iter().filter_map(|row| row.errors.get(name)).copied().fold(f64::INFINITY, f64::min);
+            let smallest = table
+                .rows
+                .iter()
+                .filter_map(|row| row.errors.get(name))
+                .copied()
+                .fold(f64::INFINITY, f64::min);
             let order = |choice| self.order(name, choice, reference).unwrap_or("–".into());
             let orders: Vec<String> = (0..table.labels.len()).map(order).collect();
             let from = match (&reference.limit, reference.exact) {
@@ -193,7 +210,10 @@ impl Page<'_> {
             } else if let Some(text) = not_asymptotic(limit) {
                 let of = &table.labels[*choice];
                 let of = if of.is_empty() { String::new() } else { format!(" ({of})") };
-                warnings.push(format!("{quantity}{of}: {text}; the reference is known to {} at best.", percent(limit.uncertainty)));
+                warnings.push(format!(
+                    "{quantity}{of}: {text}; the reference is known to {} at best.",
+                    percent(limit.uncertainty)
+                ));
             }
         }
         warnings
@@ -205,7 +225,9 @@ fn not_asymptotic(limit: &Limit) -> Option<String> {
     let order = limit.order.unwrap_or(f64::NAN);
     match limit.behaviour {
         Behaviour::Asymptotic | Behaviour::Settled => None,
-        Behaviour::Oscillating => Some("the finest levels oscillate, the last one stands for the limit".into()),
+        Behaviour::Oscillating => {
+            Some("the finest levels oscillate, the last one stands for the limit".into())
+        }
         Behaviour::Slow => Some(format!(
             "not asymptotic: order {order:.1} on the finest levels, below {LOWEST_ORDER}; it may have no limit, as at a sharp \
              corner, and the finest level stands for it"
@@ -222,7 +244,8 @@ fn not_asymptotic(limit: &Limit) -> Option<String> {
 /// A number, or the components of a vector, those that are round-off as 0.
 fn vector(values: &[f64]) -> String {
     let scale = norm(values);
-    let text = |value: &f64| if value.abs() < ROUND_OFF * scale { "0".into() } else { format!("{value:.6e}") };
+    let text =
+        |value: &f64| if value.abs() < ROUND_OFF * scale { "0".into() } else { format!("{value:.6e}") };
     let texts: Vec<String> = values.iter().map(text).collect();
     if texts.len() > 1 { format!("({})", texts.join(", ")) } else { texts.join("") }
 }
@@ -237,12 +260,8 @@ fn round_percent(target: f64) -> String {
 fn count(value: Option<u64>) -> String {
     let Some(value) = value else { return "–".into() };
     let digits = value.to_string();
-    let groups: Vec<&str> = digits
-        .as_bytes()
-        .rchunks(3)
-        .rev()
-        .filter_map(|group| std::str::from_utf8(group).ok())
-        .collect();
+    let groups: Vec<&str> =
+        digits.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
     groups.join("\u{a0}")
 }
 

@@ -121,7 +121,11 @@ impl Plan {
             |c| c.transfer.clone(),
             |c| Some(format!("tolerance {}", c.tolerance.as_ref()?.trim_matches('"'))),
             |c| Some(format!("response {}", c.response.as_ref()?)),
-            |c| c.solver.as_ref().map(|options| if options.is_empty() { "default solver" } else { options }.into()),
+            |c| {
+                c.solver
+                    .as_ref()
+                    .map(|options| if options.is_empty() { "default solver" } else { options }.into())
+            },
             |c| Some(format!("{} rank{}", c.ranks, if c.ranks == 1 { "" } else { "s" })),
         ];
         for column in columns {
@@ -197,7 +201,9 @@ fn choices(case: &Case, study: &StudyCase) -> Result<(Vec<Choice>, usize)> {
         }
     }
     if !study.weights.is_empty() && choices.iter().all(|choice| choice.weights.is_none()) {
-        return Err(Error::input("study.weights: weights belong to the driver \"relaxed\", which no run has"));
+        return Err(Error::input(
+            "study.weights: weights belong to the driver \"relaxed\", which no run has",
+        ));
     }
     if choices.is_empty() {
         return Err(Error::input(

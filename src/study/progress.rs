@@ -33,7 +33,10 @@ impl Progress {
             largest.round()
         );
         if plan.left_out > 0 {
-            eprintln!("{} left out: the driver \"relaxed\" has no transfer \"mortar\"", plural(plan.left_out, "choice"));
+            eprintln!(
+                "{} left out: the driver \"relaxed\" has no transfer \"mortar\"",
+                plural(plan.left_out, "choice")
+            );
         }
         let done = all - guesses.len();
         match (guesses.len(), done) {

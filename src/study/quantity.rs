@@ -16,9 +16,14 @@ pub(super) struct Quantity {
 }
 
 impl Quantity {
-    fn new(owner: &str, what: &str, unit: &'static str, components: &'static [&'static str], values: Vec<f64>) -> Self {
-        let name = if owner.is_empty() { what.to_string() } else { format!("{owner}.{what}") };
-        Quantity { name, unit, components, values }
+    fn new(
+        owner: &str,
+        what: &str,
+        unit: &'static str,
+        components: &'static [&'static str],
+        values: Vec<f64>,
+    ) -> Self {
+        Quantity { name: format!("{owner}.{what}"), unit, components, values }
     }
 }
 
@@ -47,11 +52,9 @@ pub(super) fn quantities(summary: &Value) -> Vec<Quantity> {
         let stress: Option<Vec<f64>> = STRESSES.iter().map(|key| probe["stress"][key].as_f64()).collect();
         all.extend(stress.map(|stress| Quantity::new(name, "stress", "Pa", &STRESSES, stress)));
     }
-    all.extend(number(&summary["energy"]).map(|energy| Quantity::new("", "energy", "J", &[], energy)));
-    let largest = |unit: &str| {
-        all.iter().filter(|q| q.unit == unit).map(|q| norm(&q.values)).fold(0.0, f64::max)
-    };
-    let units = ["Pa", "N", "m", "J"].map(|unit| (unit, largest(unit)));
+    let largest =
+        |unit: &str| all.iter().filter(|q| q.unit == unit).map(|q| norm(&q.values)).fold(0.0, f64::max);
+    let units = ["Pa", "N", "m"].map(|unit| (unit, largest(unit)));
     let matters = |q: &Quantity| {
         let scale = units.iter().find(|(unit, _)| *unit == q.unit).map_or(0.0, |(_, scale)| *scale);
         norm(&q.values) > NOTHING * scale

@@ -49,7 +49,9 @@ pub(super) fn limit(levels: &[(usize, &[f64])], highest: f64) -> Option<Limit> {
     let before = levels.len().checked_sub(4).and_then(|from| levels.get(from..from + 3));
     let before = before.and_then(|levels| extrapolate(levels, highest));
     match before {
-        Some(before) if before.behaviour == Behaviour::Asymptotic && found.behaviour == Behaviour::Asymptotic => {
+        Some(before)
+            if before.behaviour == Behaviour::Asymptotic && found.behaviour == Behaviour::Asymptotic =>
+        {
             let moved = norm(&difference(&found.values, &before.values)) / norm(&found.values);
             let change = before.order.zip(found.order).map_or(0.0, |(a, b)| (a - b).abs());
             if change > STEADY_ORDER {
@@ -71,9 +73,8 @@ fn extrapolate(levels: &[(usize, &[f64])], highest: f64) -> Option<Limit> {
     }
     let (d1, d2) = (difference(f1, f0), difference(f2, f1));
     let (n1, n2) = (norm(&d1) / scale, norm(&d2) / scale);
-    let finest = |behaviour, order, uncertainty| {
-        Some(Limit { values: f2.to_vec(), uncertainty, order, behaviour })
-    };
+    let finest =
+        |behaviour, order, uncertainty| Some(Limit { values: f2.to_vec(), uncertainty, order, behaviour });
     if n2 <= ROUND_OFF {
         return finest(Behaviour::Settled, None, n2);
     }
@@ -133,7 +134,10 @@ mod tests {
     #[test]
     fn what_does_not_converge_is_told() {
         let behaviour = |f: fn(f64) -> f64| limit_of(f, &[0, 1, 2]).unwrap().behaviour;
-        assert_eq!(behaviour(|h| 1.0 + 0.1 * h * (h.log2() * std::f64::consts::PI).cos()), Behaviour::Oscillating);
+        assert_eq!(
+            behaviour(|h| 1.0 + 0.1 * h * (h.log2() * std::f64::consts::PI).cos()),
+            Behaviour::Oscillating
+        );
         assert_eq!(behaviour(|h| 1.0 - 0.1 * h.log2()), Behaviour::Slow);
         assert_eq!(behaviour(|h| h.powf(-0.5)), Behaviour::Slow);
         assert_eq!(behaviour(|h| 1.0 + h.powi(6)), Behaviour::Fast);

@@ -163,7 +163,8 @@ impl Table {
             self.limits.insert((name.to_string(), choice), limit);
         }
         let limit = best.map(|(choice, _, limit)| (choice, self.compared(name, choice, limit)));
-        let unit = self.rows.iter().flat_map(|row| &row.quantities).find(|q| q.name == name).map_or("", |q| q.unit);
+        let unit =
+            self.rows.iter().flat_map(|row| &row.quantities).find(|q| q.name == name).map_or("", |q| q.unit);
         let values = match (known, &limit) {
             (Some(known), _) => known.clone(),
             (None, Some((_, limit))) => limit.values.clone(),
@@ -193,7 +194,8 @@ impl Table {
                 .filter(|&i| self.rows[i].choice == choice && self.rows[i].errors.contains_key(name))
                 .collect();
             for pair in curve.windows(2) {
-                let [before, row] = [pair[0], pair[1]].map(|i| (self.rows[i].level, self.rows[i].errors[name]));
+                let [before, row] =
+                    [pair[0], pair[1]].map(|i| (self.rows[i].level, self.rows[i].errors[name]));
                 if let (Some(order), true) = (order_of_errors(before, row), row.1 > ROUND_OFF) {
                     self.rows[pair[1]].orders.insert(name.to_string(), order);
                 }
@@ -211,7 +213,8 @@ impl Table {
         let others = (0..self.labels.len()).filter(|other| *other != choice);
         let others = others.filter_map(|other| self.limits.get(&(name.to_string(), other)));
         let nearest = others.filter(|other| good(other)).map(away).fold(f64::INFINITY, f64::min);
-        let uncertainty = if nearest.is_finite() { limit.uncertainty.max(nearest) } else { limit.uncertainty };
+        let uncertainty =
+            if nearest.is_finite() { limit.uncertainty.max(nearest) } else { limit.uncertainty };
         Limit { uncertainty, ..limit }
     }
 
@@ -231,7 +234,8 @@ impl Row {
 fn row(choice: usize, level: usize, ranks: usize, measured: &[&Measured]) -> Option<Row> {
     // Repetitions give the same numbers; only times differ. One that failed tells more than those that did not.
     let told = measured.iter().find(|m| !m.converged()).or(measured.first())?;
-    let seconds = |of: &dyn Fn(&Measured) -> Option<f64>| spread(measured.iter().filter_map(|m| of(m)).collect());
+    let seconds =
+        |of: &dyn Fn(&Measured) -> Option<f64>| spread(measured.iter().filter_map(|m| of(m)).collect());
     let summary = told.summary.clone().unwrap_or_default();
     let memory = seconds(&|m| m.summary.as_ref()?["peak_memory_mb"].as_f64());
     Some(Row {

@@ -52,7 +52,11 @@ impl Legend {
     }
 
     /// Draws it with its upper left corner at a place.
-    pub fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, (left, top): (i32, i32)) -> Result<()> {
+    pub fn draw<B: DrawingBackend>(
+        &self,
+        area: &DrawingArea<B, Shift>,
+        (left, top): (i32, i32),
+    ) -> Result<()> {
         let style = TextStyle::from((FONT, SIZE).into_font()).color(&INK);
         let style = style.pos(Pos::new(HPos::Left, VPos::Center));
         for ((symbol, name), (x, row)) in self.entries.iter().zip(&self.places) {

@@ -76,7 +76,8 @@ impl Precision {
         legend.draw(&head, (LEFT, TITLE))?;
         let (width, height) = body.dim_in_pixel();
         let x = Axis::new(self.points().flat_map(|p| p.seconds), [MARGINS[0], width as i32 - MARGINS[1]]);
-        let errors = self.points().map(|p| p.error.max(FLOOR)).chain((self.known_to > 0.0).then_some(self.known_to));
+        let errors =
+            self.points().map(|p| p.error.max(FLOOR)).chain((self.known_to > 0.0).then_some(self.known_to));
         let y = Axis::new(errors, [height as i32 - MARGINS[3], MARGINS[2]]);
         self.draw_axes(&body, &x, &y)?;
         if self.known_to > 0.0 {
@@ -142,7 +143,11 @@ fn stroke(k: usize) -> ShapeStyle {
     CURVES[k % CURVES.len()].stroke_width(2)
 }
 
-fn line<B: DrawingBackend>(area: &DrawingArea<B, Shift>, ends: [(i32, i32); 2], stroke: ShapeStyle) -> Result<()> {
+fn line<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    ends: [(i32, i32); 2],
+    stroke: ShapeStyle,
+) -> Result<()> {
     area.draw(&PathElement::new(ends, stroke)).map_err(failed)
 }
 
@@ -165,7 +170,8 @@ fn draw_curve<B: DrawingBackend>(
         if k < CURVES.len() {
             area.draw(&Circle::new((px, py), 4, colour.filled())).map_err(failed)?;
         } else {
-            area.draw(&Rectangle::new([(px - 4, py - 4), (px + 4, py + 4)], colour.filled())).map_err(failed)?;
+            area.draw(&Rectangle::new([(px - 4, py - 4), (px + 4, py + 4)], colour.filled()))
+                .map_err(failed)?;
         }
         if p.best {
             area.draw(&Circle::new((px, py), 8, INK.stroke_width(1))).map_err(failed)?;
