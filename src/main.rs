@@ -6,7 +6,7 @@ use kontakt::{
     Error, Result,
     body::options_prefix,
     case::{self, Case},
-    output::{HistoryRow, Summary},
+    output::{AdaptRound, HistoryRow, Summary},
     parallel::agree,
     petsc, simulation, study,
 };
@@ -22,7 +22,8 @@ use std::{io::IsTerminal, path::PathBuf};
 ///
 /// PETSc options of a body's solver may follow, with the body's prefix: -body_upper_ksp_type cg -body_upper_pc_type gamg
 ///
-/// Exit codes: 0 converged, 1 internal error, 2 wrong input, 3 not converged, 4 unrestrained motion.
+/// Exit codes: 0 converged, 1 internal error, 2 wrong input, 3 not converged, 4 unrestrained motion,
+/// 5 the accuracy that --adapt asks for not reached.
 #[derive(Parser)]
 #[command(version, verbatim_doc_comment)]
 struct Cli {
@@ -39,6 +40,8 @@ enum Command {
         /// Directory for the results [default: results/<case>[/<variant>]].
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
+        #[command(flatten)]
+        adapt: AdaptArgs,
     },
     /// Do everything short of solving, and say what it would cost.
     Check {
@@ -47,6 +50,20 @@ enum Command {
     },
     /// Show what accuracy costs in time: solve the case on several meshes, in several ways. Not under mpirun.
     Study(flags::StudyArgs),
+}
+
+#[derive(Args)]
+struct AdaptArgs {
+    /// Refine where the error is until its estimate, of the peak contact pressure or in the energy norm, is below this:
+    /// pressure=1%, energy=0.01.
+    #[arg(long, value_name = "QUANTITY=ERROR")]
+    adapt: Option<simulation::Goal>,
+    /// Most solves of an adaptive run [default: 20].
+    #[arg(long, value_name = "N", requires = "adapt", value_parser = clap::value_parser!(u32).range(1..))]
+    adapt_rounds: Option<u32>,
+    /// Unknowns beyond which an adaptive run refines no more [default: 2000000].
+    #[arg(long, value_name = "N", requires = "adapt", value_parser = clap::value_parser!(u64).range(1..))]
+    adapt_dofs: Option<u64>,
 }
 
 #[derive(Args)]
@@ -137,7 +154,7 @@ fn execute(command: Command, petsc_options: &[String], world: &SimpleCommunicato
     petsc::set_options(&petsc_options.join(" "))?;
     match command {
         Command::Check { .. } => check(&case, world),
-        Command::Run { out, .. } => run(&case, out, world),
+        Command::Run { out, adapt, .. } => run(&case, out, &adapt, world),
         Command::Study(_) => Err(Error::internal("a study has no ranks")),
     }
 }
@@ -167,12 +184,23 @@ fn refuse_unknown_prefixes(options: &[String], case: &Case) -> Result<()> {
     Ok(())
 }
 
-fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<i32> {
+fn run(case: &Case, out: Option<PathBuf>, adapt: &AdaptArgs, world: &SimpleCommunicator) -> Result<i32> {
     let mut default = PathBuf::from("results").join(&case.name);
     default.extend(&case.variant);
     let directory = out.unwrap_or(default);
     let terminal = std::io::stderr().is_terminal();
-    let summary = simulation::run(case, world, &directory, |row| print_row(row, terminal))?;
+    let progress = |row: &HistoryRow| print_row(row, terminal);
+    let summary = match adapt.adapt {
+        None => simulation::run(case, world, &directory, progress)?,
+        Some(goal) => {
+            let default = simulation::Limits::default();
+            let limits = simulation::Limits {
+                rounds: adapt.adapt_rounds.map_or(default.rounds, |n| n as usize),
+                dofs: adapt.adapt_dofs.map_or(default.dofs, |n| n as usize),
+            };
+            simulation::run_adaptive(case, goal, limits, world, &directory, progress, print_round)?
+        }
+    };
     if world.rank() == 0 {
         for warning in &summary.warnings {
             eprintln!("warning: {warning}");
@@ -206,7 +234,21 @@ fn run(case: &Case, out: Option<PathBuf>, world: &SimpleCommunicator) -> Result<
         }
         println!("results in {} (picture: {})", directory.display(), directory.join("bodies.png").display());
     }
-    Ok(if summary.converged { 0 } else { 3 })
+    Ok(match (summary.converged, summary.adapt_reached) {
+        (false, _) => 3,
+        (true, Some(false)) => 5,
+        _ => 0,
+    })
+}
+
+/// A line for each mesh of an adaptive run.
+fn print_round(round: &AdaptRound) {
+    let AdaptRound { dofs, energy, contact_pressure, alternations, seconds } = round;
+    let pressure = contact_pressure.map_or_else(String::new, |p| format!(", pressure {:.3} %", 100.0 * p));
+    println!(
+        "refinement: {dofs} dofs, estimated error: energy {:.3} %{pressure}; {alternations} alternations, {seconds:.2} s",
+        100.0 * energy
+    );
 }
 
 /// The error estimate in words.

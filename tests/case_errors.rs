@@ -3,7 +3,7 @@ use std::path::Path;
 
 use kontakt::case::{
     self, BodyRef, Case, ContactGeometry, Driver, Gap, LoadKind, Property, Region, RigidShape, Scalar,
-    Temperature, Transfer, Weights,
+    Temperature, Tolerance, Transfer, Weights,
 };
 use kontakt::error::Error;
 
@@ -360,6 +360,11 @@ fn contacts() {
             "alternation.tolerance: 0 was given; must be in",
         ),
         ("[[contact]]", "[alternation]\ntolerance = 0.02\n[[contact]]", "must be in (0, 1e-2]"),
+        (
+            "[[contact]]",
+            "[alternation]\ntolerance = \"automatic\"\n[[contact]]",
+            "\"automatic\" was given; there is: auto or a number",
+        ),
         ("[[contact]]", "[alternation]\nmax_alternations = 0\n[[contact]]", "an integer from 1"),
         ("[[contact]]", "[output]\nstress = \"mises\"\n[[contact]]", "'von Mises' is needed"),
         (
@@ -786,7 +791,10 @@ fn values_arrive() {
     let Some(Temperature::Field(field)) = &case.bodies[0].temperature else { panic!("field") };
     assert_eq!((field.at(&[0.0, 0.0, 0.0]), field.at(&[0.03, 0.0, 0.0])), (600.0, 200.0));
     assert_eq!(case.alternation.driver, Driver::Relaxed(Weights::ResponseSurface));
-    assert_eq!((case.alternation.tolerance, case.alternation.max_alternations), (1e-6, 200));
+    assert_eq!(
+        (case.alternation.tolerance, case.alternation.max_alternations),
+        (Tolerance::Fixed(1e-6), 200)
+    );
     let LoadKind::Pressure(Region::Surface { name, within: None }, Scalar::Constant(p)) =
         &case.bodies[1].loads[0].kind
     else {

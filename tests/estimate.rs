@@ -5,8 +5,8 @@ mod common;
 
 use common::inside::{Runner, point_field};
 use kontakt::{
-    case::Case,
-    element::{ElementKind, PointGeometry, PointLaw, SolidElement, load_rule},
+    case::{Case, Tolerance},
+    element::{PointGeometry, PointLaw, SolidElement, load_rule},
     estimate,
     material::LinearElastic,
     mesh::Locator,
@@ -137,36 +137,115 @@ fn complementary(law: &PointLaw, s: &Plane) -> f64 {
     (d * s[0] * s[0] + a * s[1] * s[1] - 2.0 * b * s[0] * s[1]) / (a * d - b * b) + s[2] * s[2] / g
 }
 
-#[test]
-fn estimates() {
-    let runner = Runner::start();
-    hertz(&runner);
-    press_fit(&runner);
+/// A number that was estimated, and the same measured.
+#[derive(Clone, Copy)]
+struct Pair {
+    estimated: f64,
+    measured: f64,
 }
 
+impl Pair {
+    /// Within a factor of two of the truth.
+    fn holds(&self, what: &str) {
+        let Pair { estimated, measured } = self;
+        let ratio = estimated / measured;
+        println!("{what}: estimated {estimated:.2e}, measured {measured:.2e}, ratio {ratio:.2}");
+        assert!((0.5..=2.0).contains(&ratio), "{what}: {estimated:.2e} estimated, {measured:.2e} measured");
+    }
+}
+
+#[test]
+fn estimates_are_within_a_factor_of_two() {
+    let runner = Runner::start();
+    hertz(&runner);
+    coarse_hertz(&runner);
+    cylinders_that_do_not_match(&runner);
+    press_fit(&runner);
+    exact_solutions_have_no_error(&runner);
+    the_tolerance_follows(&runner);
+}
+
+fn profile(x: &[f64; 3]) -> f64 {
+    P0 * (1.0 - (x[0] / A).powi(2)).max(0.0).sqrt()
+}
+
+/// A cylinder on a plane: energy against a mesh of 32 elements per half-width, pressure against theory.
 fn hertz(runner: &Runner) {
-    let reference = Solved::new(runner, &on_plane("quad8", 48.0, 1.0));
+    let reference = Solved::new(runner, &on_plane("quad8", 32.0, 1.0));
     let locator = Locator::new(&reference.results.piece.points, &reference.results.piece.cells);
-    let profile = |x: &[f64; 3]| P0 * (1.0 - (x[0] / A).powi(2)).max(0.0).sqrt();
     for element in ["quad4", "tri3", "quad8", "tri6"] {
-        for k in [1.0, 2.0, 4.0, 8.0, 16.0] {
-            let run = Solved::new(runner, &on_plane(element, k, 3.0));
+        for (k, far) in [(2.0, 3.0), (4.0, 2.0), (8.0, 2.0), (16.0, 1.0)] {
+            let run = Solved::new(runner, &on_plane(element, k, far));
             let estimate = run.summary.error_estimate;
             let energy = run.energy_error(|_, x| reference.stress_at(&locator, x));
-            let pressure = run.pressure_error(profile, P0);
+            let what = format!("{element}, {k} elements per half-width");
+            // Beyond that the reference is not much better.
+            if k < 16.0 || !element.ends_with(['6', '8']) {
+                Pair { estimated: estimate.energy, measured: energy }.holds(&format!("{what}: energy"));
+            }
+            let measured = run.pressure_error(profile, P0);
+            let estimated = estimate.contact_pressure.expect("contact");
+            Pair { estimated, measured }.holds(&format!("{what}: pressure"));
             let peak = (run.summary.pairs[0].max_pressure / P0 - 1.0).abs();
-            let e = estimate.contact_pressure.unwrap_or(0.0);
-            println!(
-                "{element} {k:4}: energy {:.2e} true {energy:.2e} ratio {:.2}   pressure {e:.2e} true {pressure:.2e} ratio {:.2}   peak {peak:.2e} ratio {:.2}",
-                estimate.energy,
-                estimate.energy / energy,
-                e / pressure,
-                e / peak
+            assert!(
+                estimated >= 0.5 * peak,
+                "{what}: {estimated:.2e} estimated, the peak is off by {peak:.2e}"
             );
         }
     }
 }
 
+/// Meshes that hardly know the contact, and those whose edge lies anywhere in an element: the errors may cancel by
+/// chance, but the estimate must not be far too small.
+fn coarse_hertz(runner: &Runner) {
+    for element in ["quad4", "tri3", "quad8", "tri6"] {
+        for k in [0.25, 0.5, 0.7, 1.0, 1.3, 1.6, 2.5, 3.6, 6.5] {
+            let run = Solved::new(runner, &on_plane(element, k, 4.0));
+            let estimated = run.summary.error_estimate.contact_pressure.expect("contact");
+            let measured = run.pressure_error(profile, P0);
+            println!("{element} {k}: estimated {estimated:.2e}, measured {measured:.2e}");
+            assert!(
+                estimated >= 0.5 * measured,
+                "{element} {k}: {estimated:.2e} estimated, {measured:.2e} measured"
+            );
+        }
+    }
+}
+
+/// Two cylinders on meshes that do not match, one five times as stiff, against a very fine mesh: the force is not known
+/// closely enough from theory.
+fn cylinders_that_do_not_match(runner: &Runner) {
+    let fine = Solved::new(runner, &unequal_cylinders("quad8", [32.0, 24.0], 0.7));
+    let side = fine.multipliers();
+    let mut nodes: Vec<(f64, f64)> =
+        std::iter::zip(&side.x, &side.pressure).map(|(x, p)| (x[0], *p)).collect();
+    nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let exact = |x: &[f64; 3]| {
+        let i = nodes.partition_point(|node| node.0 < x[0]).clamp(1, nodes.len() - 1);
+        let ((a, p), (b, q)) = (nodes[i - 1], nodes[i]);
+        p + (q - p) * (x[0] - a) / (b - a)
+    };
+    let peak = fine.summary.pairs[0].max_pressure;
+    for (element, k) in [
+        ("quad4", [4.0, 3.0]),
+        ("quad8", [4.0, 3.0]),
+        ("quad8", [8.0, 6.0]),
+        ("tri6", [8.0, 6.0]),
+        ("tri6", [4.0, 5.0]),
+    ] {
+        let run = Solved::new(runner, &unequal_cylinders(element, k, 2.0));
+        let measured = run.pressure_error(exact, peak);
+        let estimated = run.summary.error_estimate.contact_pressure.expect("contact");
+        Pair { estimated, measured }.holds(&format!("{element} {k:?}: pressure of two cylinders"));
+    }
+}
+
+fn unequal_cylinders(element: &str, k: [f64; 2], far: f64) -> String {
+    cylinders(element, k, far).replacen("material = \"steel\"", "material = \"hard\"", 1)
+        + "[material.hard]\nyoung = 1.05e12\npoisson = 0.3\n"
+}
+
+/// Two rings (Lame), on meshes that match and that do not.
 fn press_fit(runner: &Runner) {
     let ring = |name: &str, element: &str, radii: [f64; 2], cells: [usize; 2]| {
         format!(
@@ -177,38 +256,99 @@ fn press_fit(runner: &Runner) {
         )
     };
     let p = 2.4609375e7;
-    // s_rr = a - b / r^2, s_tt = a + b / r^2.
-    let lame = |body: usize, x: &[f64; 3]| {
-        let (inner, outer) = if body == 0 { (0.05_f64, 0.1_f64) } else { (0.1, 0.15) };
-        let span = outer * outer - inner * inner;
-        let (pi, po) = if body == 0 { (0.0, p) } else { (p, 0.0) };
-        let a = (pi * inner * inner - po * outer * outer) / span;
-        let b = (pi - po) * (inner * outer).powi(2) / span;
-        let r2 = x[0] * x[0] + x[1] * x[1];
-        let (rr, tt) = (a - b / r2, a + b / r2);
-        let (c2, s2, cs) = (x[0] * x[0] / r2, x[1] * x[1] / r2, x[0] * x[1] / r2);
-        Some([rr * c2 + tt * s2, rr * s2 + tt * c2, (rr - tt) * cs])
-    };
     for element in ["quad4", "tri3", "quad8", "tri6"] {
-        for (n, m) in [(2, 2), (4, 4), (8, 8), (16, 16), (4, 5), (8, 11), (16, 21)] {
+        for cells in [[4, 4], [8, 8], [16, 16], [4, 5], [8, 11], [16, 21]] {
             let text = format!(
                 "analysis = \"plane stress\"\nalternation.tolerance = 1e-10\nmaterial.steel = {{ young = 2.1e11, poisson = 0.3 }}\n\
                  contact = [{{ name = \"fit\", surfaces = [\"inner.outer\", \"outer.inner\"], gap_offset = -5e-5 }}]\n{}{}",
-                ring("inner", element, [0.05, 0.1], [n, 2 * n]),
-                ring("outer", element, [0.1, 0.15], [n, 2 * m])
+                ring("inner", element, [0.05, 0.1], [cells[0], 2 * cells[0]]),
+                ring("outer", element, [0.1, 0.15], [cells[0], 2 * cells[1]])
             );
             let run = Solved::new(runner, &text);
             let estimate = run.summary.error_estimate;
-            let energy = run.energy_error(lame);
-            let pressure = run.pressure_error(|_| p, p);
-            let e = estimate.contact_pressure.unwrap_or(0.0);
-            println!(
-                "{element} {n} {m}: energy {:.2e} true {energy:.2e} ratio {:.2}   pressure {e:.2e} true {pressure:.2e} ratio {:.2}",
-                estimate.energy,
-                estimate.energy / energy,
-                e / pressure,
-            );
+            let what = format!("{element}, rings of {cells:?}");
+            let measured = run.energy_error(|body, x| Some(lame(body, x, p)));
+            Pair { estimated: estimate.energy, measured }.holds(&format!("{what}: energy"));
+            let estimated = estimate.contact_pressure.expect("contact");
+            let measured = run.pressure_error(|_| p, p);
+            if measured > 1.0 {
+                // Polygons that do not match touch at a few corners: nothing is right, and that is said.
+                assert!(estimated > 0.9, "{what}: {estimated:.2e} estimated, {measured:.2e} measured");
+                continue;
+            }
+            Pair { estimated, measured }.holds(&format!("{what}: pressure"));
         }
     }
-    let _ = ElementKind::ALL;
+}
+
+/// Stress in the inner (0) and the outer ring under the pressure `p` between them: s_rr = a - b / r^2, s_tt = a + b / r^2.
+fn lame(body: usize, x: &[f64; 3], p: f64) -> Plane {
+    let (inner, outer, pi, po) = if body == 0 { (0.05_f64, 0.1_f64, 0.0, p) } else { (0.1, 0.15, p, 0.0) };
+    let span = outer * outer - inner * inner;
+    let a = (pi * inner * inner - po * outer * outer) / span;
+    let b = (pi - po) * (inner * outer).powi(2) / span;
+    let r2 = x[0] * x[0] + x[1] * x[1];
+    let (rr, tt) = (a - b / r2, a + b / r2);
+    let (c2, s2, cs) = (x[0] * x[0] / r2, x[1] * x[1] / r2, x[0] * x[1] / r2);
+    [rr * c2 + tt * s2, rr * s2 + tt * c2, (rr - tt) * cs]
+}
+
+/// Uniform and linear fields are in the space of every element: no error but round-off, and the tightest tolerance.
+fn exact_solutions_have_no_error(runner: &Runner) {
+    for (name, variant) in [
+        ("patch", None),
+        ("patch", Some("non-matching-quad8")),
+        ("patch", Some("pressure")),
+        ("patch", Some("rigid-floor")),
+        ("heated-gap", None),
+        ("heated-gap", Some("D")),
+    ] {
+        let mut case = runner.variant(name, variant);
+        case.alternation.tolerance = Tolerance::Automatic;
+        let (summary, _) = runner.run(&case);
+        let estimate = summary.error_estimate;
+        assert!(estimate.energy < 1e-6, "{name} {variant:?}: {estimate:?}");
+        assert!(estimate.contact_pressure.is_some_and(|e| e < 1e-6), "{name} {variant:?}: {estimate:?}");
+        assert!(summary.tolerance_automatic);
+        assert!(summary.tolerance <= 1e-9, "{name} {variant:?}: {:e}", summary.tolerance);
+    }
+    // Heat that only expands a body leaves no stress and no error; without contact there is no pressure to be wrong.
+    let free = runner.parse(
+        "analysis = \"plane strain\"\nmaterial.a = { young = 2e11, poisson = 0.3, expansion = 1e-5, reference_temperature = 0 }\n\
+         [[body]]\nname = \"b\"\nmaterial = \"a\"\nelement = \"quad8\"\ntemperature = \"100 + 1000*x\"\n\
+         mesh.rectangle.x = { from = 0, to = 1, cells = 5 }\nmesh.rectangle.y = { from = 0, to = 1, cells = 4 }\n\
+         support = [{ point = [0, 0], x = 0, y = 0 }, { point = [1, 0], y = 0 }]\n",
+    );
+    let (summary, _) = runner.run(&free);
+    assert!(summary.error_estimate.energy < 1e-6, "{:?}", summary.error_estimate);
+    assert_eq!(summary.error_estimate.contact_pressure, None);
+}
+
+/// An automatic tolerance leaves a fraction of the mesh error, and takes fewer alternations than a tight one.
+fn the_tolerance_follows(runner: &Runner) {
+    let (mut loose, mut tight) = (0, 0);
+    for text in [
+        on_plane("quad4", 8.0, 3.0),
+        unequal_cylinders("quad8", [8.0, 6.0], 3.0),
+        cylinders("tri6", [4.0, 5.0], 4.0),
+    ] {
+        let mut case = runner.parse(&text);
+        case.alternation.tolerance = Tolerance::Automatic;
+        let (found, _) = runner.run(&case);
+        case.alternation.tolerance = Tolerance::Fixed(1e-11);
+        let (exact, _) = runner.run(&case);
+        let estimate = found.error_estimate.contact_pressure.expect("contact");
+        let tolerance = found.tolerance;
+        assert!(
+            (1e-10..=1e-4).contains(&tolerance) && tolerance <= 0.1 * estimate,
+            "{tolerance:e} {estimate:e}"
+        );
+        let of = |s: &Summary| [s.pairs[0].max_pressure, s.pairs[0].normal_force];
+        for (a, b) in std::iter::zip(of(&found), of(&exact)) {
+            assert!((a / b - 1.0).abs() <= 0.2 * estimate, "{a:e} {b:e}, estimated {estimate:e}");
+        }
+        loose += found.alternations;
+        tight += exact.alternations;
+    }
+    assert!(loose < tight, "{loose} alternations, {tight} with a tight tolerance");
 }

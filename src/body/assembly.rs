@@ -1,5 +1,5 @@
 //! Stiffness matrix and load vector.
-use super::{Constraints, Elements, NodeConstraint, region};
+use super::{Constraints, Elements, NodeConstraint, hanging::Hanging, region};
 use crate::{
     case::{BodyCase, LoadKind, Region},
     element::{MAX_NODES, body_load, facet_load, facet_weights},
@@ -109,6 +109,14 @@ impl Parameters<'_> {
                 }
             }
         }
+        for slave in Hanging::of(part).owned(part.n_owned) {
+            for c in 0..dim {
+                let dof = (part.global[slave.node as usize] as usize * dim + c) as i32;
+                rows.push(dof);
+                columns.push(dof);
+                values.push(scale);
+            }
+        }
         let thermal = self.sum_to_owners(group, &thermal)?;
         let mut prescribed = self.sum_to_owners(group, &prescribed)?;
         held.into_iter().for_each(|(i, value)| prescribed[i] = value);
@@ -119,7 +127,11 @@ impl Parameters<'_> {
 
     /// What the cells at some nodes (marked by local number) contribute to the stiffness matrix. Collective.
     pub fn stiffness_near(&self, group: &SimpleCommunicator, nodes: &[bool]) -> Result<Matrix> {
-        let near = |cell: &Cell| cell.nodes().iter().any(|&node| nodes[node as usize]);
+        let hanging = Hanging::of(self.part);
+        let near = |cell: &Cell| {
+            let at = |all: &[u32]| all.iter().any(|&node| nodes[node as usize]);
+            at(cell.nodes()) || hanging.reduce(cell).is_some_and(|reduced| at(&reduced.nodes))
+        };
         let Contributions { rows, columns, values, .. } = agree(group, self.element_arrays(near))?;
         Matrix::from_triples(group, self.part.n_owned * self.part.dim, self.part.dim, (rows, columns), values)
     }
@@ -131,7 +143,9 @@ impl Parameters<'_> {
         let entries: usize = own().map(|c| (c.kind.n_nodes() * dim).pow(2)).sum();
         let (mut rows, mut columns, mut values) =
             (Vec::with_capacity(entries), Vec::with_capacity(entries), Vec::with_capacity(entries));
-        let (mut thermal, mut prescribed) = (vec![0.0; part.n_local * dim], vec![0.0; part.n_local * dim]);
+        let hanging = Hanging::of(part);
+        let n_nodes = self.summed_nodes();
+        let (mut thermal, mut prescribed) = (vec![0.0; n_nodes * dim], vec![0.0; n_nodes * dim]);
         let mut x = [[0.0; 3]; MAX_NODES];
         let (mut k, mut f, mut g) = ([0.0; MAX_DOFS * MAX_DOFS], [0.0; MAX_DOFS], [0.0; MAX_DOFS]);
         let mut supports: [Option<&NodeConstraint>; MAX_NODES] = [None; MAX_NODES];
@@ -139,17 +153,20 @@ impl Parameters<'_> {
         let mut largest: f64 = 0.0;
         for cell in own() {
             let n = cell.kind.n_nodes() * dim;
-            let (k, f, g) = (&mut k[..n * n], &mut f[..n], &mut g[..n]);
             cell_points(part, cell, &mut x);
             self.elements.of(cell.kind).stiffness(
                 &x[..cell.kind.n_nodes()],
                 self.thickness,
                 |_, shape| self.law.law(temperature_at(self.temperature, cell, shape)),
-                k,
-                f,
+                &mut k[..n * n],
+                &mut f[..n],
             )?;
+            let reduced = hanging.reduce(cell);
+            let n = reduced.as_ref().map_or(n, |reduced| reduced.apply(dim, n, &mut k, &mut f));
+            let nodes = reduced.as_ref().map_or(cell.nodes(), |reduced| &reduced.nodes);
+            let (k, f, g) = (&mut k[..n * n], &mut f[..n], &mut g[..n]);
             let mut supported = false;
-            for (a, &node) in cell.nodes().iter().enumerate() {
+            for (a, &node) in nodes.iter().enumerate() {
                 supports[a] = self.constraints.0.get(&node);
                 supported |= supports[a].is_some();
                 for c in 0..dim {
@@ -157,9 +174,9 @@ impl Parameters<'_> {
                 }
             }
             if supported {
-                eliminate(&supports[..cell.kind.n_nodes()], dim, k, [f, g], &mut global[..n]);
+                eliminate(&supports[..nodes.len()], dim, k, [f, g], &mut global[..n]);
             }
-            for (a, &node) in cell.nodes().iter().enumerate() {
+            for (a, &node) in nodes.iter().enumerate() {
                 for c in 0..dim {
                     thermal[node as usize * dim + c] += f[a * dim + c];
                     if supported {
@@ -193,7 +210,7 @@ impl Parameters<'_> {
     /// The same from this rank's cells alone, at its local nodes.
     fn local_forces(&self, case: &BodyCase, mesh: &Mesh) -> Result<Vec<f64>> {
         let (part, dim) = (self.part, self.part.dim);
-        let mut f = vec![0.0; part.n_local * dim];
+        let mut f = vec![0.0; self.summed_nodes() * dim];
         for load in &case.loads {
             match &load.kind {
                 LoadKind::BodyForce(b) => {
@@ -221,6 +238,7 @@ impl Parameters<'_> {
                 }
             }
         }
+        Hanging::of(part).distribute(&mut f, dim);
         if f.iter().any(|f| !f.is_finite()) {
             return Err(Error::input(format!("body '{}': a load is not finite at a node", case.name)));
         }
@@ -275,13 +293,18 @@ impl Parameters<'_> {
         Ok(own.iter().copied().filter(|f| all.contains(&original(f))).collect())
     }
 
-    /// Sums contributions at local nodes to their owners. Collective.
+    /// Nodes that own cells contribute to: the local ones, and masters beyond where nodes hang.
+    fn summed_nodes(&self) -> usize {
+        if self.part.slaves.is_empty() { self.part.n_local } else { self.part.points.len() }
+    }
+
+    /// Sums contributions at the nodes to their owners. Collective.
     fn sum_to_owners(&self, group: &SimpleCommunicator, local: &[f64]) -> Result<Vec<f64>> {
         let (part, dim) = (self.part, self.part.dim);
         let n_owned = part.n_owned * dim;
         let v = Vector::zeros(group, n_owned)?;
         v.set(&local[..n_owned])?;
-        let ghosts: Vec<i32> = part.global[part.n_owned..part.n_local]
+        let ghosts: Vec<i32> = part.global[part.n_owned..local.len() / dim]
             .iter()
             .flat_map(|&g| (0..dim).map(move |c| (g as usize * dim + c) as i32))
             .collect();

@@ -9,6 +9,7 @@ mod condensed;
 mod constraint;
 mod dirichlet;
 mod estimate;
+mod hanging;
 mod interface;
 mod load;
 mod recovery;
@@ -155,7 +156,7 @@ impl Body {
             let rhs: Vec<f64> = std::iter::zip(&self.loads.current, contact).map(|(f, c)| f + c).collect();
             let x = self.system.recover(group, &rhs, &interface)?;
             let x = self.system.refine(group, &rhs, x)?;
-            self.model.constraints.from_frames(&x, self.part.dim)
+            self.fill_slaves(group, self.model.constraints.from_frames(&x, self.part.dim))?
         } else {
             self.solve(group, contact)?
         };
@@ -176,7 +177,8 @@ impl Body {
         let constraints = &self.model.constraints;
         let contact = constraints.to_frames(contact, self.part.dim);
         let rhs: Vec<f64> = std::iter::zip(&self.loads.current, contact).map(|(f, c)| f + c).collect();
-        Ok(constraints.from_frames(&self.system.solve_refined(group, &rhs)?, self.part.dim))
+        let u = constraints.from_frames(&self.system.solve_refined(group, &rhs)?, self.part.dim);
+        self.fill_slaves(group, u)
     }
 
     /// Values at all nodes of the part (owned, local, halo), from the values at the owned nodes. Collective.

@@ -1,5 +1,5 @@
 //! Strains, stresses and the balance of forces from the displacements.
-use super::{Body, assembly};
+use super::{Body, assembly, hanging::Hanging};
 use crate::{
     contact::vector::dot,
     element::{ElementKind, MAX_NODES, PointLaw, QuadraturePoint, SolidElement},
@@ -119,6 +119,7 @@ impl Body {
             let share = 1.0 / f64::from(n.max(1));
             fields.stress[i].iter_mut().chain(&mut fields.strain[i]).for_each(|v| *v *= share);
         }
+        Hanging::of(part).distribute(&mut internal, dim);
         self.balance(u, contact, &internal, &mut balance);
         Ok((fields, balance))
     }

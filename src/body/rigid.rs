@@ -118,6 +118,9 @@ impl FreeModes {
     pub fn fixings(&self, mesh: &Mesh, constraints: &Constraints, avoid: &[u32]) -> Vec<Fixing> {
         let mut avoided = vec![false; mesh.points.len()];
         avoid.iter().for_each(|&node| avoided[node as usize] = true);
+        // What holds a slave would hold its masters.
+        let mut slave = vec![false; mesh.points.len()];
+        mesh.slaves().iter().for_each(|s| slave[s.node as usize] = true);
         let mut fixings = Vec::new();
         let mut start = 0;
         while start < self.modes.len() {
@@ -126,7 +129,9 @@ impl FreeModes {
             let modes = &self.modes[start..start + of_piece];
             start += of_piece;
             let mut candidates = Vec::new();
-            for (i, x) in mesh.points.iter().enumerate().filter(|(i, _)| self.piece[*i] == piece) {
+            for (i, x) in
+                mesh.points.iter().enumerate().filter(|(i, _)| self.piece[*i] == piece && !slave[*i])
+            {
                 let own = constraints.0.get(&(i as u32));
                 let frame = if own.is_none() { polar(x, &modes[0].center) } else { None };
                 let constraint = &own.cloned().unwrap_or(NodeConstraint { frame, ..NodeConstraint::free() });

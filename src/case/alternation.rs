@@ -10,10 +10,24 @@ pub struct AlternationCase {
     pub driver: Driver,
     /// How a pair's displacements and forces cross the interface.
     pub transfer: Transfer,
-    /// Relative tolerance of the stop test.
-    pub tolerance: f64,
+    /// When the alternation stops.
+    pub tolerance: Tolerance,
     /// Alternations after which it gives up.
     pub max_alternations: usize,
+}
+
+/// Relative tolerance of the stop test.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tolerance {
+    /// A tenth of the discretisation error of the contact pressure, as the pressures themselves show it.
+    Automatic,
+    /// This number.
+    Fixed(f64),
+}
+
+impl Tolerance {
+    /// Of the relaxed driver, whose corrections say less of the error than a residual does: it does not follow the mesh.
+    pub const RELAXED: f64 = 1e-8;
 }
 
 /// The drivers of the alternation.
@@ -103,7 +117,7 @@ impl Default for AlternationCase {
         AlternationCase {
             driver,
             transfer: driver.default_transfer(),
-            tolerance: 1e-8,
+            tolerance: Tolerance::Automatic,
             max_alternations: driver.default_max_alternations(),
         }
     }
@@ -115,7 +129,7 @@ pub(super) fn read(case: &Fields<'_>) -> Option<AlternationCase> {
     let Some(fields) = case.table("alternation") else {
         return (!case.has("alternation")).then(AlternationCase::default);
     };
-    let tolerance = fields.number_if("tolerance", is_tolerance, TOLERANCE_RULE);
+    let tolerance = fields.field("tolerance").and_then(|field| tolerance(&field));
     let max_alternations = fields.count("max_alternations");
     let (driver, transfer) = (driver(&fields), fields.choice("transfer"));
     let driver = driver?;
@@ -133,17 +147,26 @@ pub(super) fn read(case: &Fields<'_>) -> Option<AlternationCase> {
     Some(AlternationCase {
         driver,
         transfer,
-        tolerance: tolerance.unwrap_or(1e-8),
+        tolerance: tolerance.unwrap_or(Tolerance::Automatic),
         max_alternations: max_alternations.unwrap_or(driver.default_max_alternations()),
     })
 }
 
-/// What `tolerance` may be.
-pub(super) const TOLERANCE_RULE: &str = "must be in (0, 1e-2]";
-
-/// True for what [`TOLERANCE_RULE`] says.
-pub(super) fn is_tolerance(value: f64) -> bool {
-    value > 0.0 && value <= 1e-2
+/// A number, or `"auto"`.
+pub(super) fn tolerance(field: &Field<'_>) -> Option<Tolerance> {
+    match &field.node.value {
+        Value::Text(text) if text == "auto" => return Some(Tolerance::Automatic),
+        Value::Text(text) if text.starts_with(char::is_alphabetic) => {
+            let hint = nearest::hint(text, &["auto"]);
+            return field.refuse(format!("{hint}or a number in (0, 1e-2]"));
+        }
+        _ => {}
+    }
+    let value = field.number(field.dimension())?;
+    match value > 0.0 && value <= 1e-2 {
+        true => Some(Tolerance::Fixed(value)),
+        false => field.refuse("must be in (0, 1e-2], or \"auto\""),
+    }
 }
 
 /// `driver` with its `weights`.

@@ -60,6 +60,7 @@ pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>) -> Option<Bod
     Some(BodyCase {
         name: name?.to_string(),
         geometry: geometry?,
+        cuts: Vec::new(),
         formulation,
         material: material?,
         supports: supports?,

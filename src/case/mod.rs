@@ -25,7 +25,7 @@ mod temperature_file;
 mod transform;
 mod units;
 
-pub use alternation::{AlternationCase, Driver, Transfer, Weights};
+pub use alternation::{AlternationCase, Driver, Tolerance, Transfer, Weights};
 pub use exact::{ClosedForm, ExactCase, ExactProbe, HertzLoad};
 pub use expression::Expression;
 pub use read::{read, variant_names};
@@ -152,6 +152,9 @@ pub struct BodyCase {
     pub name: String,
     /// Where its mesh comes from.
     pub geometry: Geometry,
+    /// Cells of it to cut into four, then cells of the finer mesh, and so on: what adaptive refinement adds. None in a
+    /// case as read.
+    pub cuts: Vec<Vec<u32>>,
     /// Element formulation; `None` means each element kind's default.
     pub formulation: Option<Formulation>,
     /// Its material.

@@ -298,7 +298,7 @@ mesh.disc = { radius = 1, quarter = 2, depth = { to = 0.3, cells = 1 } }
 [[body]]
 name = "b"
 material = { young = 1, poisson = 0 }
-mesh = { file = "b.msh", group = "b", scale = 1e-3 }
+mesh = { file = "b.msh", group = "b", scale = 1e-3, refine = 1 }
 [[body]]
 name = "c"
 rigid.plane = { through = [0, 0], normal = [0, 1] }

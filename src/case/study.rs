@@ -168,10 +168,7 @@ fn levels(field: &Field<'_>) -> Option<Vec<usize>> {
 
 /// As it is written, if `[alternation]` would take it.
 fn tolerance(item: &Field<'_>) -> Option<String> {
-    match item.number(item.dimension())? {
-        value if alternation::is_tolerance(value) => Some(item.node.to_string()),
-        _ => item.refuse(alternation::TOLERANCE_RULE),
-    }
+    alternation::tolerance(item).map(|_| item.node.to_string())
 }
 
 fn weights(item: &Field<'_>) -> Option<String> {

@@ -79,11 +79,12 @@ impl Estimate {
         for table in tables {
             let contact = &case.contacts[table.pair];
             let mut own = contact.surfaces.iter().filter_map(|s| s.body.deformable()).map(|b| &sums[b]);
-            // Where displacements press the bodies together their stiffness, hence the pressure, is off by |e|^2 / |u|^2.
-            let stiffness = together(&mut own).powi(2);
+            // Where displacements press the bodies together, their energy is off by |e|^2 / |u|^2; the pressure of a Hertz contact
+            // goes with the root of it.
+            let stiffness = 0.5 * together(&mut own).powi(2);
             let (relative, nodes) = table.errors();
             if let Some(local) = relative {
-                numbers[table.pair] = [1.0, local + stiffness, table.side as f64];
+                numbers[table.pair] = [1.0, local.max(stiffness), table.side as f64];
             }
             pairs[table.pair].nodes = nodes;
         }
@@ -122,7 +123,8 @@ impl MultiplierSide<'_> {
             .collect();
         let errors = Chain::new(self.surface).errors(&self.table.pressure, &contact);
         let touching = (0..errors.len()).filter(|&n| contact[n] == Contact::Closed);
-        let nodes = touching.map(|n| NodeError { node: self.surface.nodes[n], error: errors[n] }).collect();
+        let nodes =
+            touching.map(|n| NodeError { node: self.surface.nodes[n], error: errors[n].error }).collect();
         (pressure::relative(&self.table.pressure, &errors), nodes)
     }
 }

@@ -2,20 +2,23 @@
 //!
 //! A nodal pressure is the contact force of the node over its area: a mean of the pressure around the node. Two things
 //! show how far it is from the pressure at the node: how much the nodal values scatter about a smooth curve, and how much
-//! the mean of that curve around the node differs from its value there. The curve is a parabola through five nodes; of
-//! the square of the pressure where the contact ends within the surface, for there p^2 and not p is smooth (Hertz: p =
-//! p0 sqrt(1 - x^2/a^2)).
+//! the mean of that curve around the node differs from its value there. The larger is the estimate. The curve is a
+//! parabola fitted to five nodes; of the square of the pressure where the contact ends within the surface, for there p^2
+//! and not p is smooth (Hertz: p = p0 sqrt(1 - x^2/a^2)).
 use crate::contact::Surface;
 use nalgebra::{DMatrix, DVector};
 
 /// Nodes of a parabola.
 const WINDOW: usize = 5;
 
+/// Weight of the last node of a surface in the parabolas next to it.
+const END: f64 = 0.1;
+
 /// Three-point Gauss rule on [0, 1]: exact to degree 5, a parabola times a quadratic shape function.
 const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// Of the node's force when too few nodes touch to say more.
+/// Share of the pressure that is in doubt when too few nodes touch to say more.
 const UNKNOWN: f64 = 1.0;
 
 /// The nodes of a contact surface in their order along it.
@@ -28,6 +31,15 @@ pub struct Chain {
     middle: Vec<bool>,
     /// True if the facets are quadratic.
     quadratic: bool,
+}
+
+/// Pressure at a node as it should be, Pa.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct NodalPressure {
+    /// Estimated error of the nodal pressure, not negative.
+    pub error: f64,
+    /// Value of the smooth curve.
+    pub smooth: f64,
 }
 
 /// What is known of the pressure at a node.
@@ -67,9 +79,19 @@ impl Chain {
         chain
     }
 
-    /// Estimated error of the pressure at each node that touches, Pa, zero elsewhere.
-    pub fn errors(&self, pressure: &[f64], contact: &[Contact]) -> Vec<f64> {
-        let mut errors = vec![0.0; pressure.len()];
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.next.len()
+    }
+
+    /// True without nodes.
+    pub fn is_empty(&self) -> bool {
+        self.next.is_empty()
+    }
+
+    /// Estimated errors of the pressures at the nodes that touch, Pa; zero elsewhere.
+    pub fn errors(&self, pressure: &[f64], contact: &[Contact]) -> Vec<NodalPressure> {
+        let mut errors = vec![NodalPressure::default(); pressure.len()];
         let mut seen = vec![false; pressure.len()];
         for node in 0..pressure.len() {
             if contact[node] == Contact::Closed && !seen[node] {
@@ -102,31 +124,41 @@ impl Chain {
         Run { nodes, s, ends }
     }
 
-    fn of_run(&self, run: &Run, p: &[f64]) -> Vec<f64> {
+    /// Errors of the pressures `p` of a run, and the pressures of the smooth curve.
+    fn of_run(&self, run: &Run, p: &[f64]) -> Vec<NodalPressure> {
         let n = p.len();
         let moving = run.ends.contains(&true);
-        if moving && n < 3 {
-            return p.iter().map(|p| UNKNOWN * p.abs()).collect();
+        let least = if self.quadratic { WINDOW } else { WINDOW / 2 + 1 };
+        if moving && n < least {
+            return p.iter().map(|&p| NodalPressure { error: UNKNOWN * p.abs(), smooth: p }).collect();
         }
-        // The last nodes before an edge have its error; they are left out if enough others are there.
-        let inner = [usize::from(run.ends[0]), n - usize::from(run.ends[1])];
-        let [low, high] = if inner[1] - inner[0] >= WINDOW { inner } else { [0, n] };
-        let width = WINDOW.min(high - low);
         let values: Vec<f64> = p.iter().map(|p| if moving { p * p } else { *p }).collect();
+        // Nodes at the ends have errors of their own, which they would bend the curve with.
+        let least = if moving { WINDOW } else { 2 };
+        let [low, high] = if n >= least + 2 { [1, n - 1] } else { [0, n] };
+        let width = WINDOW.min(high - low);
+        let degree = match width {
+            WINDOW.. => 2,
+            _ if moving => 2,
+            // Through three nodes a parabola would leave nothing of what scatters.
+            _ => 1.min(width - 1),
+        };
         (0..n)
             .map(|j| {
                 let start = j.saturating_sub(WINDOW / 2).clamp(low, high - width);
-                let window = start..start + width;
-                // A parabola through three nodes would leave nothing.
-                let degree = if moving || width > 3 { 2 } else { 1 }.min(width - 1);
-                let parabola = parabola(&run.s[window.clone()], &values[window], run.s[j], degree);
-                let at = |s: f64| {
-                    let value = parabola(s);
-                    if moving { value.max(0.0).sqrt() } else { value }
-                };
-                let scatter = p[j] - at(run.s[j]);
-                let mean = self.mean_around(run, j, &at) - at(run.s[j]);
-                scatter.hypot(mean)
+                let mut nodes: Vec<(usize, f64)> = (start..start + width).map(|i| (i, 1.0)).collect();
+                for (end, next) in [(0, 1), (n - 1, n.saturating_sub(2))] {
+                    let is_left_out = !(low..high).contains(&end) && (start..start + width).contains(&next);
+                    if is_left_out && !moving {
+                        nodes.push((end, END));
+                    }
+                }
+                let curve = polynomial(&nodes, &run.s, &values, run.s[j], degree);
+                let at = |s: f64| if moving { curve(s).max(0.0).sqrt() } else { curve(s) };
+                let smooth = at(run.s[j]);
+                let scatter = p[j] - smooth;
+                let mean = self.mean_around(run, j, &at) - smooth;
+                NodalPressure { error: scatter.abs().max(mean.abs()), smooth }
             })
             .collect()
     }
@@ -167,23 +199,39 @@ struct Run {
     ends: [bool; 2],
 }
 
-/// The polynomial of this degree that fits values best, about `center`.
-fn parabola(s: &[f64], values: &[f64], center: f64, degree: usize) -> impl Fn(f64) -> f64 {
-    let size = s.iter().map(|s| (s - center).abs()).fold(0.0, f64::max);
+/// The polynomial of this degree that fits the values of `nodes` (with weights) best, as a function of s; `center` is where
+/// it is wanted.
+fn polynomial(
+    nodes: &[(usize, f64)],
+    s: &[f64],
+    values: &[f64],
+    center: f64,
+    degree: usize,
+) -> impl Fn(f64) -> f64 {
+    let size = nodes.iter().map(|(i, _)| (s[*i] - center).abs()).fold(0.0, f64::max);
     let size = if size > 0.0 { size } else { 1.0 };
-    let matrix = DMatrix::from_fn(s.len(), degree + 1, |i, k| ((s[i] - center) / size).powi(k as i32));
-    let fitted = matrix.clone().qr();
-    let rhs = fitted.q().transpose() * DVector::from_column_slice(values);
-    let solution = fitted.r().solve_upper_triangular(&rhs).unwrap_or_else(|| DVector::zeros(degree + 1));
+    let matrix = DMatrix::from_fn(nodes.len(), degree + 1, |r, k| {
+        let (i, weight) = nodes[r];
+        weight.sqrt() * ((s[i] - center) / size).powi(k as i32)
+    });
+    let rhs = DVector::from_iterator(nodes.len(), nodes.iter().map(|&(i, weight)| weight.sqrt() * values[i]));
+    let factors = matrix.qr();
+    let solution = factors.r().solve_upper_triangular(&(factors.q().transpose() * rhs));
+    let solution = solution.unwrap_or_else(|| DVector::zeros(degree + 1));
     move |at: f64| solution.iter().rev().fold(0.0, |sum, c| sum * (at - center) / size + c)
 }
 
-/// Largest of the errors at the nodes whose pressure is at least [`PEAK`] of the largest, relative to that; `None` if
-/// there is no pressure.
-pub fn relative(pressure: &[f64], errors: &[f64]) -> Option<f64> {
+/// Largest of the errors at the nodes whose pressure is at least [`PEAK`] of the largest, relative to the largest of the
+/// smooth curves there; `None` if there is no pressure.
+pub fn relative(pressure: &[f64], errors: &[NodalPressure]) -> Option<f64> {
     let peak = pressure.iter().copied().fold(0.0, f64::max);
-    let near = std::iter::zip(pressure, errors).filter(|(p, _)| **p >= PEAK * peak).map(|(_, e)| *e);
-    (peak > 0.0).then(|| near.fold(0.0, f64::max) / peak)
+    if peak <= 0.0 {
+        return None;
+    }
+    let near = std::iter::zip(pressure, errors).filter(|(p, _)| **p >= PEAK * peak);
+    let (error, smooth) =
+        near.fold((0.0_f64, 0.0_f64), |(e, s), (_, node)| (e.max(node.error), s.max(node.smooth)));
+    Some(error / if smooth > 0.0 { smooth } else { peak })
 }
 
 /// Share of the largest pressure from which a node belongs to the peak: on a Hertz contact |x| <= 0.6 a. The error at the

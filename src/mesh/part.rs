@@ -1,5 +1,5 @@
 //! What one rank keeps of a mesh, and the numbering all ranks agree on.
-use super::{Cell, Facet, Mesh};
+use super::{Cell, Facet, Mesh, Slave};
 use std::collections::BTreeMap;
 
 /// Global node numbers in which each rank's nodes are consecutive.
@@ -64,7 +64,8 @@ pub struct MeshPart {
     pub n_owned: usize,
     /// How many nodes its own cells have, owned or not.
     pub n_local: usize,
-    /// Own cells, then halo cells: all others that touch a node of an own cell. Node numbers are local.
+    /// Own cells, then halo cells: all others that touch a node of an own cell, and those with a slave of an owned
+    /// master. Node numbers are local.
     pub cells: Vec<Cell>,
     /// How many cells are own.
     pub n_own_cells: usize,
@@ -78,6 +79,11 @@ pub struct MeshPart {
     pub n_global_nodes: usize,
     /// Number of cells of the whole mesh.
     pub n_global_cells: usize,
+    /// Nodes of the part that hang, in local numbers and by them, with all their masters here: at least those of own
+    /// cells and those with an owned master.
+    pub slaves: Vec<Slave>,
+    /// True if nodes hang anywhere in the mesh.
+    pub hanging: bool,
 }
 
 /// How near a node is to a rank.
@@ -107,8 +113,15 @@ impl MeshPart {
         let mut chosen: Vec<usize> = (0..mesh.cells.len()).filter(own).collect();
         let n_own_cells = chosen.len();
         raise(&mut near, mesh, &chosen, Near::Local);
-        let touches =
-            |cell: &usize| mesh.cells[*cell].nodes().iter().any(|&n| near[n as usize] <= Near::Local);
+        let slaves = mesh.slaves();
+        let mut wanted = vec![false; if slaves.is_empty() { 0 } else { mesh.points.len() }];
+        for slave in &slaves {
+            wanted[slave.node as usize] = slave.masters.iter().any(|(m, _)| near[*m as usize] == Near::Owned);
+        }
+        let touches = |cell: &usize| {
+            let mut nodes = mesh.cells[*cell].nodes().iter();
+            nodes.any(|&n| near[n as usize] <= Near::Local || wanted.get(n as usize) == Some(&true))
+        };
         let halo: Vec<usize> = (0..mesh.cells.len()).filter(|cell| !own(cell) && touches(cell)).collect();
         raise(&mut near, mesh, &halo, Near::Halo);
         chosen.extend(halo);
@@ -144,6 +157,8 @@ impl MeshPart {
             first_owned: owned.start as usize,
             n_global_nodes: mesh.points.len(),
             n_global_cells: mesh.cells.len(),
+            hanging: !slaves.is_empty(),
+            slaves: local_slaves(slaves, &local),
             original,
         }
     }
@@ -152,6 +167,18 @@ impl MeshPart {
     pub fn facet_nodes(&self, facet: Facet) -> impl Iterator<Item = u32> + '_ {
         self.cells[facet.cell as usize].facet_nodes(facet.side)
     }
+}
+
+/// Slaves in a part's numbers, by them, all of whose nodes the part has.
+fn local_slaves(slaves: Vec<Slave>, local: &[u32]) -> Vec<Slave> {
+    let number = |node: u32| Some(local[node as usize]).filter(|&n| n != u32::MAX);
+    let here = |slave: Slave| {
+        let masters = slave.masters.into_iter().map(|(m, weight)| Some((number(m)?, weight)));
+        Some(Slave { node: number(slave.node)?, masters: masters.collect::<Option<_>>()? })
+    };
+    let mut here: Vec<Slave> = slaves.into_iter().filter_map(here).collect();
+    here.sort_by_key(|slave| slave.node);
+    here
 }
 
 /// Brings the nodes of the cells at least as near as `to`.

@@ -29,8 +29,12 @@ pub fn partition(mesh: &Mesh, parts: usize) -> Result<Vec<u32>> {
     let failed = |e: &dyn std::fmt::Display| Error::internal(format!("METIS: {e}"));
     let mut start = vec![0];
     let mut corners: Vec<Idx> = Vec::new();
-    for cell in &mesh.cells {
-        for &node in &cell.nodes()[..cell.kind.n_corners()] {
+    // Two cells with two nodes in common are neighbours: a coarse cell has the finer corner in its side, too.
+    let mut hanging = std::collections::HashMap::<u32, Vec<u32>>::new();
+    mesh.hanging.iter().for_each(|s| hanging.entry(s.coarse.cell).or_default().push(s.middle));
+    for (c, cell) in mesh.cells.iter().enumerate() {
+        let own = &cell.nodes()[..cell.kind.n_corners()];
+        for &node in own.iter().chain(hanging.get(&(c as u32)).into_iter().flatten()) {
             corners.push(index(node as usize)?);
         }
         start.push(index(corners.len())?);

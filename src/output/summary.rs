@@ -35,6 +35,8 @@ pub struct Summary {
     pub displacement_steps: u64,
     /// Tolerance of the stop test.
     pub tolerance: f64,
+    /// True if it followed the discretisation error.
+    pub tolerance_automatic: bool,
     /// Largest relative residual of the equilibrium of a body.
     #[serde(skip_serializing_if = "not_finite")]
     pub residual: f64,
@@ -64,6 +66,29 @@ pub struct Summary {
     pub warnings: Vec<String>,
     /// What went wrong, where, and what to do about it; empty if the result is a solution.
     pub diagnosis: Vec<String>,
+    /// Rounds of adaptive refinement; only if it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adapt: Option<Vec<AdaptRound>>,
+    /// True if the last round's estimate is below the target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adapt_reached: Option<bool>,
+}
+
+/// A solve of an adaptive run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct AdaptRound {
+    /// Unknowns of all bodies, those that hang included.
+    pub dofs: u64,
+    /// Estimated error in the energy norm, relative.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub energy: f64,
+    /// Of the peak contact pressure; absent if nothing touches.
+    #[serde(skip_serializing_if = "absent")]
+    pub contact_pressure: Option<f64>,
+    /// Alternations made.
+    pub alternations: u64,
+    /// Wall seconds.
+    pub seconds: f64,
 }
 
 /// Estimated discretisation error of the whole, relative.
@@ -399,6 +424,7 @@ mod tests {
             force_steps: 6,
             displacement_steps: 5,
             tolerance: 1e-8,
+            tolerance_automatic: true,
             residual: 1e-14,
             error_estimate: ErrorEstimate { energy: 0.01, contact_pressure: Some(0.02) },
             ranks: 2,
@@ -420,6 +446,8 @@ mod tests {
             peak_memory_mb: 12.5,
             warnings: vec![],
             diagnosis: vec![],
+            adapt: None,
+            adapt_reached: None,
         }
     }
 
@@ -431,7 +459,7 @@ mod tests {
     fn keys_are_those_promised() {
         let json: Value = serde_json::from_str(&summary().to_json().unwrap()).unwrap();
         let top = "alternations bodies case checks converged diagnosis displacement_steps driver error_estimate force_steps free_modes kontakt \
-                   pairs peak_memory_mb probes ranks reason residual schema seconds tolerance transfer updates variant warnings";
+                   pairs peak_memory_mb probes ranks reason residual schema seconds tolerance tolerance_automatic transfer updates variant warnings";
         assert_eq!(keys(&json).join(" "), top);
         assert_eq!(
             keys(&json["bodies"][0]).join(" "),

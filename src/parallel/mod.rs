@@ -104,6 +104,12 @@ pub fn max_signed(comm: &SimpleCommunicator, value: f64) -> f64 {
     largest
 }
 
+/// Rank 0's value. Collective.
+pub fn from_first(comm: &SimpleCommunicator, mut value: f64) -> f64 {
+    comm.process_at_rank(0).broadcast_into(&mut value);
+    value
+}
+
 /// A barrier that sleeps while it waits, so that ranks with nothing to do leave the cores to the others. Collective.
 pub fn idle_barrier(comm: &SimpleCommunicator) {
     let mut request = comm.immediate_barrier();

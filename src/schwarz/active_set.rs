@@ -20,6 +20,9 @@ use std::{
 /// set returns.
 const THRESHOLD: f64 = 1e-11;
 
+/// Thresholds grow no further than this, however loose the tolerance: a set is right or wrong whatever the mesh error.
+const LARGEST_THRESHOLD: f64 = 1e-8;
+
 /// Tolerance of the linear systems while the active set still changes.
 const EARLY: f64 = 1e-3;
 
@@ -43,6 +46,16 @@ const MODEL: f64 = 1e-2;
 /// outliers one by one.
 const FEW_LONG_WAVES: f64 = 0.01;
 
+/// Where an automatic tolerance begins, and what it does not fall below.
+pub const AUTOMATIC: [f64; 2] = [1e-4, 1e-10];
+
+/// An automatic tolerance is this share of the discretisation error.
+const SHARE: f64 = 0.1;
+
+/// Smallest relative discretisation error of a pair's pressure, given the row forces and which rows are in contact;
+/// infinite where nothing touches.
+pub type MeshError<'e> = dyn Fn(&[f64], &[bool]) -> f64 + 'e;
+
 /// What the user chooses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
@@ -60,8 +73,10 @@ pub struct ActiveSet<'c, 'a, B> {
     pub rows: &'c [PairRows],
     /// The free rigid modes.
     pub coarse: &'c Coarse,
-    /// The user's choices.
+    /// The user's choices; an automatic tolerance as far as it has come down.
     pub limits: Limits,
+    /// Given if the tolerance is automatic; on all roots or on none.
+    pub mesh_error: Option<&'c MeshError<'c>>,
     /// Compressive row forces, N.
     pub force: Vec<f64>,
     /// g_free + F R, m: the gap but for the rigid motions.
@@ -118,6 +133,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             rows,
             coarse,
             limits,
+            mesh_error: None,
             force: vec![0.0; n],
             gap: g_free.clone(),
             alpha: vec![0.0; coarse.n],
@@ -225,11 +241,12 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let mut force = guess;
         loop {
             let projector = self.coarse.projector(self.coupling.exchange, &self.active);
+            let was_last = early <= self.limits.tolerance;
             let inner = self.solve(force.clone(), &projector, early, progress)?;
             let (leaving, entering, worst) = self.violations();
             let flips = self.coupling.exchange.sum(&[(leaving.len() + entering.len()) as f64])[0] as usize;
             if flips == 0 {
-                let settled = early <= self.limits.tolerance || inner == Inner::RoundOff;
+                let settled = was_last || inner == Inner::RoundOff;
                 if settled && inner != Inner::Limit {
                     if inner == Inner::RoundOff && self.residual > self.limits.tolerance.max(WORTHLESS) {
                         return Ok(Reason::Stalled);
@@ -268,8 +285,9 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                 if early > self.limits.tolerance {
                     early = self.limits.tolerance;
                     visited.clear();
-                } else if self.threshold < self.limits.tolerance {
-                    self.threshold = (10.0 * self.threshold).min(self.limits.tolerance);
+                } else if self.threshold < self.limits.tolerance.min(LARGEST_THRESHOLD) {
+                    self.threshold =
+                        (10.0 * self.threshold).min(self.limits.tolerance).min(LARGEST_THRESHOLD);
                     visited.clear();
                 } else {
                     return self.descend(start, progress);
@@ -430,12 +448,16 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let mut r = self.residual_vector();
         let mut direction: Option<(Vec<f64>, Vec<f64>, f64)> = None;
         let mut best = (f64::INFINITY, 0);
+        let early = tolerance > self.limits.tolerance;
         for iteration in 0.. {
             let size = self.coupling.dot(&r, &r).sqrt();
             let (scale, floor) = self.scales();
             self.residual = if scale > 0.0 { size / scale } else { 0.0 };
-            let early = tolerance > self.limits.tolerance;
-            let small = size <= tolerance * scale;
+            let mut small = size <= scale * if early { tolerance } else { self.limits.tolerance };
+            if small && !early {
+                self.follow_mesh_error();
+                small = size <= self.limits.tolerance * scale;
+            }
             if small && early || size == 0.0 {
                 return Ok(Inner::Done);
             }
@@ -464,7 +486,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             // The preconditioned residual estimates the error of the forces, which a small gap may hide.
             if small
                 && self.coupling.dot(&z, &z)
-                    <= tolerance.powi(2) * self.coupling.dot(&self.force, &self.force)
+                    <= self.limits.tolerance.powi(2) * self.coupling.dot(&self.force, &self.force)
             {
                 return Ok(Inner::Done);
             }
@@ -497,6 +519,15 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             r = next;
         }
         unreachable!("the loop ends by a return")
+    }
+
+    /// Brings an automatic tolerance down to a share of the discretisation error that the forces show. While they are not
+    /// yet accurate they scatter more than the mesh makes them, and the next look will find less.
+    fn follow_mesh_error(&mut self) {
+        if let Some(error) = self.mesh_error {
+            let smallest = -self.coupling.exchange.max_signed(-error(&self.force, &self.active));
+            self.limits.tolerance = self.limits.tolerance.min((SHARE * smallest).max(AUTOMATIC[1]));
+        }
     }
 
     /// -(g - Z alpha) on the active rows, m.

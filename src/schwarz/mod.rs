@@ -18,7 +18,7 @@ mod tests;
 mod verdict;
 pub mod weights;
 
-pub use active_set::{ActiveSet, Limits};
+pub use active_set::{AUTOMATIC, ActiveSet, Limits, MeshError};
 pub use alternation::{Alternation, Outcome, Settings};
 pub use coarse::{Coarse, Projector};
 pub use coupling::{Coupling, End, Lead, PairRows, Steps};

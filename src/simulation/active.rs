@@ -149,7 +149,7 @@ impl Active {
                 break;
             }
             let moved = self.motion(plan, &mut geometry)?;
-            if moved <= case.alternation.tolerance.max(1e-10) {
+            if moved <= found.tolerance.max(1e-10) {
                 break;
             }
             if update == GEOMETRY_UPDATES {
@@ -260,6 +260,7 @@ impl Active {
         parallel::idle_barrier(world);
         let (mut found, solution) = agree(world, outcome)?;
         super::share_outcome(world, &mut found.reason, [0; 4]);
+        found.tolerance = parallel::from_first(world, found.tolerance);
         found.free_modes = super::text::gather_lines(world, &found.free_modes);
         found.diagnosis = super::text::gather_lines(world, &found.diagnosis);
         Ok((found, solution))

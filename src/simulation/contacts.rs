@@ -7,12 +7,13 @@ use super::{
 };
 use crate::{
     body::{BodyRow, Response},
-    case::{Case, ContactGeometry, Gap},
+    case::{Case, ContactGeometry, Gap, Tolerance},
     contact::{Row, Surface, vector::dot},
     error::{Error, Result},
+    estimate::pressure::{self, Chain},
     output::{HistoryRow, Reason},
     parallel::Exchange,
-    schwarz::{ActiveSet, Coarse, Coupling, End, Limits, Respond},
+    schwarz::{AUTOMATIC, ActiveSet, Coarse, Coupling, End, Limits, Respond},
 };
 use std::collections::HashMap;
 
@@ -208,12 +209,28 @@ impl Contacts {
         let scaling: Vec<f64> =
             rows.iter().flat_map(|rows| std::iter::repeat_n(rows.stiffness, rows.gap.len())).collect();
         let coarse = Coarse::new(&coupling, task.n_modes, task.first_mode, task.scale, scaling);
-        let limits = Limits {
-            tolerance: case.alternation.tolerance,
-            max_alternations: case.alternation.max_alternations,
+        let (start, automatic) = match case.alternation.tolerance {
+            Tolerance::Automatic => (AUTOMATIC[0], true),
+            Tolerance::Fixed(tolerance) => (tolerance, false),
         };
+        let limits = Limits { tolerance: start, max_alternations: case.alternation.max_alternations };
         let n_pairs = case.contacts.len();
         let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, n_pairs, number);
+        let chains: Vec<Chain> =
+            if automatic { plan.surfaces.iter().map(Chain::new).collect() } else { Vec::new() };
+        let ranges = driver.coupling.ranges.clone();
+        let (ends, pairs) = (&self.shares.ends, &self.pairs);
+        let mesh_error = move |force: &[f64], active: &[bool]| {
+            let of_end = |i: usize| {
+                let rows = &pairs[ends[i].pair].as_ref().filter(|_| ends[i].multiplier)?.rows;
+                let range = ranges[i].clone();
+                pressure_error(&chains[i], rows, &force[range.clone()], &active[range])
+            };
+            (0..ends.len()).filter_map(of_end).fold(f64::INFINITY, f64::min)
+        };
+        if automatic {
+            driver.mesh_error = Some(&mesh_error);
+        }
         let outcome = match driver.run(self.warm.as_deref(), progress)? {
             Ok(outcome) => outcome,
             Err(motion) => return Err(unrestrained(task, &coarse, &motion)),
@@ -242,10 +259,13 @@ impl Contacts {
         if !found.reason.converged() {
             found.diagnosis = self.diagnose(task, &driver.flipped);
         }
-        if let (Some(residual), 0) = (driver.round_off, plan.groups.own) {
+        found.tolerance = driver.limits.tolerance;
+        if let (Some(residual), Tolerance::Fixed(_), 0) =
+            (driver.round_off, case.alternation.tolerance, plan.groups.own)
+        {
             found.warnings.push(format!(
                 "round-off ends the alternation at a gap residual of {residual:.1e}, above the tolerance of {:.1e}",
-                case.alternation.tolerance
+                found.tolerance
             ));
         }
         let (force, alpha, active) = (driver.force.clone(), driver.alpha.clone(), driver.active.clone());
@@ -321,6 +341,18 @@ impl Contacts {
         }
         lines
     }
+}
+
+/// Relative error of the pressure that row forces show; `None` if none of them is in contact.
+fn pressure_error(chain: &Chain, rows: &[Row], force: &[f64], active: &[bool]) -> Option<f64> {
+    let mut pressure = vec![0.0; chain.len()];
+    let mut contact = vec![pressure::Contact::None; chain.len()];
+    for (row, (force, active)) in std::iter::zip(rows, std::iter::zip(force, active)) {
+        pressure[row.node as usize] = force / row.area;
+        contact[row.node as usize] =
+            if *active { pressure::Contact::Closed } else { pressure::Contact::Open };
+    }
+    pressure::relative(&pressure, &chain.errors(&pressure, &contact))
 }
 
 fn ends_with_rows<'s>(

@@ -6,6 +6,7 @@ use crate::{
         vector::{combine, dot},
     },
     output::{HistoryRow, Reason, SideTable},
+    schwarz,
 };
 
 /// The outcome of a load step, on the first rank of a group; mostly empty elsewhere.
@@ -16,6 +17,8 @@ pub(super) struct Found {
     pub updates: u64,
     pub force_steps: u64,
     pub displacement_steps: u64,
+    /// Tolerance of the stop test at the end.
+    pub tolerance: f64,
     /// This rank's ends of pairs.
     pub ends: Vec<EndFound>,
     /// Penetration below this is none, m.
@@ -57,6 +60,7 @@ impl Found {
             updates: 0,
             force_steps: 0,
             displacement_steps: 0,
+            tolerance: schwarz::AUTOMATIC[1],
             ends: Vec::new(),
             gap_threshold: 0.0,
             free_modes: Vec::new(),

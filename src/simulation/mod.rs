@@ -1,5 +1,6 @@
 //! A run, from the checked case to the files: builds everything, calls everything, computes nothing itself.
 mod active;
+mod adapt;
 mod checks;
 mod contacts;
 mod fields;
@@ -11,8 +12,10 @@ mod pairs;
 mod plan;
 mod relaxed;
 mod rows;
+mod solved;
 mod text;
 
+pub use adapt::{Goal, Limits, Quantity, run_adaptive};
 pub use measure::{ContactSolve, ContactSplit};
 pub use outlook::outlook;
 pub use plan::{Plan, build_mesh};
@@ -24,7 +27,7 @@ use crate::{
     contact::Surface,
     error::{Error, Result},
     estimate::{BodyError, Estimate, MultiplierSide},
-    output::{self, HistoryRow, LoadStep, Piece, Reason, ResultFile, RunInfo, State, StepSummary, Summary},
+    output::{self, HistoryRow, LoadStep, Piece, Reason, RunInfo, State, StepSummary, Summary},
     parallel::{self, Exchange, agree},
 };
 use active::{Active, Nodal};
@@ -35,6 +38,7 @@ use mpi::{topology::SimpleCommunicator, traits::*};
 use outline::outlines;
 use pairs::pair_results;
 use relaxed::Relaxed;
+use solved::Solved;
 use std::{path::Path, time::Instant};
 
 /// Runs a case and writes its results. Returns the summary (complete on world rank 0). Collective.
@@ -56,48 +60,7 @@ pub fn run_and_estimate(
 ) -> Result<(Summary, Estimate)> {
     let start = Instant::now();
     output::prepare(world, directory)?;
-    let (plan, mut engine) = Engine::new(case, world)?;
-    warn_of_unused_options(case, &plan.groups)?;
-    let exchange = plan.exchange(case);
-    let mut run = Run::default();
-    let one = case::StepCase {
-        name: None,
-        loads: 1.0,
-        supports: 1.0,
-        temperature: 1.0,
-        origin: Default::default(),
-    };
-    let steps = if case.steps.is_empty() { std::slice::from_ref(&one) } else { &case.steps[..] };
-    for (i, step) in steps.iter().enumerate() {
-        let alternating = Instant::now();
-        let on_rank_zero = |row: &HistoryRow| {
-            if world.rank() == 0 {
-                progress(row);
-            }
-        };
-        let (found, nodal) = engine.step(case, &plan, &exchange, i as u64 + 1, step, on_rank_zero)?;
-        run.alternate += alternating.elapsed().as_secs_f64();
-        run.finish_step(case, &plan, engine.bodies(), found, &nodal, step)?;
-        // The steps after one that failed would start from nowhere.
-        if !run.reason.converged() {
-            break;
-        }
-    }
-    let writing = Instant::now();
-    let info = run.info(case, world);
-    let file = directory.join(output::RESULT);
-    let before = if case.steps.is_empty() { &[][..] } else { &run.before };
-    let result =
-        ResultFile { piece: &run.piece, pairs: &run.pairs, before, history: &run.history, run: &info };
-    remove_old_summary(world, directory)?;
-    output::write(world, &file, &result)?;
-    let drawn = if world.rank() == 0 { draw(case, &file, directory) } else { Ok(()) };
-    agree(world, drawn)?;
-    let clock = [writing.elapsed().as_secs_f64(), start.elapsed().as_secs_f64()];
-    let (summary, estimate) = run.summary(case, &plan, &engine, &info, clock);
-    let written = if world.rank() == 0 { summary.write(&directory.join(output::SUMMARY)) } else { Ok(()) };
-    agree(world, written)?;
-    Ok((summary, estimate))
+    Solved::new(case, world, &mut progress)?.finish(case, world, directory, start, None)
 }
 
 /// The driver of the case with all it works on.
@@ -166,6 +129,8 @@ struct Run {
     warnings: Vec<String>,
     diagnosis: Vec<String>,
     alternate: f64,
+    /// Smallest tolerance of a step.
+    tolerance: f64,
     /// Of the last step.
     estimate: Estimate,
 }
@@ -185,6 +150,7 @@ impl Default for Run {
             warnings: Vec::new(),
             diagnosis: Vec::new(),
             alternate: 0.0,
+            tolerance: f64::INFINITY,
             estimate: Estimate::default(),
         }
     }
@@ -228,6 +194,7 @@ impl Run {
         let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
         let counts = share_outcome(world, &mut found.reason, counts);
         self.reason = found.reason;
+        self.tolerance = self.tolerance.min(parallel::from_first(world, found.tolerance));
         std::iter::zip(&mut self.counts, counts).for_each(|(sum, n)| *sum += n);
         if !self.steps.is_empty() {
             let old = std::mem::take(&mut self.piece);
@@ -275,7 +242,7 @@ impl Run {
             bodies: case.bodies.iter().map(|b| b.name.clone()).collect(),
             reason: self.reason,
             alternations: self.counts[0],
-            tolerance: case.alternation.tolerance,
+            tolerance: self.tolerance,
             steps: (!case.steps.is_empty()).then(|| steps.collect()),
             rigid: outlines(case, &self.piece.points, supports, world),
         }
@@ -333,7 +300,8 @@ impl Run {
             updates: self.counts[1],
             force_steps: self.counts[2],
             displacement_steps: self.counts[3],
-            tolerance: case.alternation.tolerance,
+            tolerance: self.tolerance,
+            tolerance_automatic: case.alternation.tolerance == case::Tolerance::Automatic,
             residual: self.checks.residual,
             ranks: world.size() as usize,
             bodies,
@@ -359,6 +327,8 @@ impl Run {
             peak_memory_mb: parallel::sum(world, &[peak_memory_mb()])[0],
             warnings: self.warnings,
             diagnosis: self.diagnosis,
+            adapt: None,
+            adapt_reached: None,
         };
         (summary, self.estimate)
     }

@@ -1,7 +1,7 @@
 //! Before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
 use crate::{
     body::find_facets,
-    case::{BodyRef, Case, Driver, Geometry, Origin, RigidShape},
+    case::{BodyCase, BodyRef, Case, Driver, Geometry, Origin, RigidShape},
     contact::Surface,
     error::{Error, Result},
     mesh::{self, Mesh},
@@ -43,6 +43,27 @@ pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
     Ok(mesh)
 }
 
+/// A body's mesh with its cuts.
+pub(super) fn cut_mesh(body: &BodyCase) -> Result<Mesh> {
+    let mut mesh = build_mesh(&body.geometry)?;
+    if body.cuts.is_empty() {
+        return Ok(mesh);
+    }
+    if let Geometry::Gmsh { refine: 0, .. } = body.geometry {
+        mesh.follow_smooth_outline();
+    }
+    for cells in &body.cuts {
+        let mut marked = vec![false; mesh.cells.len()];
+        for &cell in cells {
+            let marked = marked.get_mut(cell as usize);
+            *marked.ok_or_else(|| body.origin.error(format!("there is no cell {cell} to cut")))? = true;
+        }
+        mesh = mesh::refine(&mesh, &marked);
+    }
+    mesh::check(&mesh).map_err(|e| body.origin.error(format!("after refinement: {e}")))?;
+    Ok(mesh)
+}
+
 /// A mesh from a file, every cell cut into four `times` times.
 fn finer(mut mesh: Mesh, times: usize, origin: &Origin) -> Result<Mesh> {
     if times == 0 {
@@ -63,7 +84,7 @@ impl Plan {
         let mut counts = vec![0.0; case.bodies.len()];
         let mut known: Vec<Option<Mesh>> = vec![None; case.bodies.len()];
         let sized = (rank..case.bodies.len()).step_by(size).try_for_each(|b| {
-            let mesh = build_mesh(&case.bodies[b].geometry)?;
+            let mesh = cut_mesh(&case.bodies[b])?;
             counts[b] = (mesh.points.len() * mesh.dim) as f64;
             known[b] = Some(mesh);
             Ok(())
@@ -73,7 +94,7 @@ impl Plan {
         let groups = Groups::new(world, &dofs);
         let meshes = groups.bodies().iter().map(|&b| match known[b].take() {
             Some(mesh) => Ok(mesh),
-            None => build_mesh(&case.bodies[b].geometry),
+            None => cut_mesh(&case.bodies[b]),
         });
         let meshes = agree(world, meshes.collect::<Result<Vec<Mesh>>>())?;
         let floating = vec![false; case.bodies.len()];

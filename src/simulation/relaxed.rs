@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     body::{Body, Compliance, ContactRow, ResponseKind},
-    case::{Case, ContactCase, Weights},
+    case::{Case, ContactCase, Tolerance, Weights},
     contact::{Pairing, Surface, vector::dot},
     error::Result,
     material::LinearElastic,
@@ -281,7 +281,10 @@ fn alternate(
 ) -> Result<(Found, Vec<Vec<f64>>)> {
     let settings = schwarz::Settings {
         weights,
-        tolerance: case.alternation.tolerance,
+        tolerance: match case.alternation.tolerance {
+            Tolerance::Automatic => Tolerance::RELAXED,
+            Tolerance::Fixed(tolerance) => tolerance,
+        },
         max_alternations: case.alternation.max_alternations,
     };
     let n_bodies = bodies.len();
@@ -295,6 +298,7 @@ fn alternate(
         found.ends.push(end_found(&plan.surfaces[i], side, state, &contacts.beyond[i]));
     }
     found.reason = outcome.reason;
+    found.tolerance = settings.tolerance;
     // One more: without contact forces, to begin with.
     found.force_steps = outcome.history.len() as u64 + 1;
     found.displacement_steps = outcome.history.len() as u64;

@@ -2,7 +2,7 @@
 use super::Request;
 use crate::{
     Error, Result,
-    case::{self, Case, Driver, Geometry, StudyCase},
+    case::{self, Case, Driver, Geometry, StudyCase, Tolerance},
     simulation::build_mesh,
 };
 
@@ -271,7 +271,10 @@ fn alternation(case: &Case, choice: &Choice) -> Vec<String> {
     keys.extend(choice.weights.iter().map(|weights| ("weights", weights.clone())));
     keys.extend(choice.transfer.iter().map(|transfer| ("transfer", format!("\"{transfer}\""))));
     let tolerance = choice.tolerance.clone();
-    let kept = changed.then(|| format!("{:e}", case.alternation.tolerance));
+    let kept = changed.then(|| match case.alternation.tolerance {
+        Tolerance::Fixed(value) => format!("{value:e}"),
+        Tolerance::Automatic => "\"auto\"".into(),
+    });
     keys.extend(tolerance.or(kept).map(|tolerance| ("tolerance", tolerance)));
     if !changed {
         return keys.into_iter().map(|(key, value)| format!("alternation.{key}={value}")).collect();

@@ -116,6 +116,13 @@ pub fn assert_agree(a: &Value, b: &Value, relative: f64, what: &str) {
             near(&p[key], &q[key], relative * scale, &format!("{name}: {key}"));
         }
     }
+    // The error of the pressure is relative to the peak, as the pressures are compared here.
+    for (key, scale) in [("energy", 0.0), ("contact_pressure", 1.0)] {
+        let of = |v: &Value| v["error_estimate"][key].as_f64().unwrap_or(-1.0);
+        let (x, y) = (of(a), of(b));
+        let allowed = relative * x.abs().max(1e-3).max(scale);
+        assert!((x - y).abs() <= allowed, "{what}: estimated error, {key}: {x:e} and {y:e}");
+    }
     let travel = over("probes", "displacement");
     for (p, q) in std::iter::zip(&probes[0], &probes[1]) {
         let name = format!("{what}: {}", p["name"]);

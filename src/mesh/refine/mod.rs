@@ -258,10 +258,12 @@ impl<'a> Build<'a> {
         let finer = |facets: &Vec<Facet>| facets.iter().flat_map(halves).collect();
         let surfaces: BTreeMap<_, _> =
             self.old.surfaces.iter().map(|(name, list)| (name.clone(), finer(list))).collect();
-        for (c, cell) in self.old.cells.iter().enumerate().filter(|(c, _)| !cut[*c]) {
+        let mut hanging = Vec::new();
+        // A child of a coarse cell may stand against children of finer ones.
+        for (c, cell) in self.mesh.cells.iter().enumerate() {
             for side in 0..cell.kind.facets().len() as u8 {
                 let nodes: Vec<u32> = cell.facet_nodes(side).collect();
-                let coarse = Facet { cell: self.first[c], side };
+                let coarse = Facet { cell: c as u32, side };
                 let of = |a: u32, b: u32| self.middles.get(&edge(a, b)).copied();
                 let found = match nodes[..] {
                     [a, b] => of(a, b).map(|middle| HangingSide { coarse, middle, quarters: None }),
@@ -272,10 +274,10 @@ impl<'a> Build<'a> {
                     }),
                     _ => None,
                 };
-                self.mesh.hanging.extend(found);
+                hanging.extend(found);
             }
         }
-        self.mesh.surfaces = surfaces;
+        (self.mesh.surfaces, self.mesh.hanging) = (surfaces, hanging);
         self.mesh
     }
 }

@@ -190,6 +190,19 @@ fn marked_cells_are_cut_and_neighbours_follow_where_nodes_would_hang_on_hanging_
 }
 
 #[test]
+fn a_region_cut_again_and_again_takes_coarser_neighbours_with_it() {
+    for kind in ElementKind::ALL {
+        let mut mesh = build(&ring(FRAC_PI_2, 8), kind);
+        for _ in 0..4 {
+            let inside = |c: &Cell| c.nodes().iter().any(|&n| mesh.points[n as usize][0] - 1.0 < 0.7);
+            let marked: Vec<bool> = mesh.cells.iter().map(inside).collect();
+            mesh = refine(&mesh, &marked);
+            assert_conforming_but_hanging(&mesh);
+        }
+    }
+}
+
+#[test]
 fn cutting_all_that_is_left_coarse_closes_the_hanging_sides() {
     for kind in ElementKind::ALL {
         let mesh = unit_square(kind, 3);

@@ -40,7 +40,38 @@ pub(super) fn edges(piece: &Piece) -> Vec<Edge> {
             edges.entry(key).and_modify(|edge| edge.outer = false).or_insert(edge);
         }
     }
+    close_hanging(piece, &first_at, &mut edges);
     edges.into_values().collect()
+}
+
+/// A side of a coarse cell against two sides of finer ones is no outline, and neither are these.
+fn close_hanging(
+    piece: &Piece,
+    first_at: &HashMap<(i32, [u64; 3]), u32>,
+    edges: &mut HashMap<[u32; 2], Edge>,
+) {
+    let body_at: HashMap<u32, i32> = first_at.iter().map(|(&(body, _), &node)| (node, body)).collect();
+    let at = |node: u32| piece.points[node as usize];
+    let outer: Vec<[u32; 2]> = edges.iter().filter(|(_, edge)| edge.outer).map(|(key, _)| *key).collect();
+    for key in outer {
+        let middle = match *edges[&key].nodes() {
+            [_, middle, _] => at(middle),
+            _ => {
+                let (a, b) = (at(key[0]), at(key[1]));
+                std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
+            }
+        };
+        let place = middle.map(|x| (x + 0.0).to_bits());
+        let Some(&middle) = body_at.get(&key[0]).and_then(|&body| first_at.get(&(body, place))) else {
+            continue;
+        };
+        let halves = key.map(|end| [end.min(middle), end.max(middle)]);
+        if halves.iter().all(|half| edges.get(half).is_some_and(|edge| edge.outer)) {
+            for key in [key, halves[0], halves[1]] {
+                edges.get_mut(&key).expect("just found").outer = false;
+            }
+        }
+    }
 }
 
 #[cfg(test)]
