@@ -192,7 +192,7 @@ fn runs_that_do_not_converge_are_listed_and_not_in_the_curves() {
 fn wrong_keys_and_flags_are_refused() {
     let directory = tempfile::tempdir().unwrap();
     let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
-    let mut check = |addition: &str, arguments: &[&str], expected: &[&str]| {
+    let check = |addition: &str, arguments: &[&str], expected: &[&str]| {
         std::fs::write(&case, format!("{RINGS}{addition}")).unwrap();
         let output = study(&case, &out, arguments).output().unwrap();
         let text = stderr(&output);
