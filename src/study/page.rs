@@ -8,6 +8,9 @@ use std::fmt::Write;
 /// Accuracies that the page names the cheapest run for, relative.
 const TARGETS: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
 
+/// Largest over smallest time of a run from which on the times are not to be trusted.
+const SCATTER: f64 = 2.0;
+
 /// What the page is about.
 pub(super) struct Page<'a> {
     pub title: &'a str,
@@ -193,6 +196,14 @@ impl Page<'_> {
         for row in table.rows.iter().filter(|row| !row.converged) {
             let error = row.error_text.as_ref().map_or_else(String::new, |error| format!(": {error}"));
             warnings.push(format!("{}: {}{error}; not in the curves.", name(table, row), row.ending));
+        }
+        let scattered = table.rows.iter().filter(|row| row.seconds.high > SCATTER * row.seconds.low).count();
+        if scattered > 0 {
+            warnings.push(format!(
+                "The times of {scattered} of {} rows scatter by more than a factor of {SCATTER}: the machine had other work. CPU \
+                 seconds are steadier; `--fresh` measures again.",
+                table.rows.len()
+            ));
         }
         for quantity in &table.names {
             let reference = &table.references[quantity];
