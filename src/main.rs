@@ -49,7 +49,7 @@ enum Command {
         case: CaseArgs,
     },
     /// Show what accuracy costs in time: solve the case on several meshes, in several ways. Not under mpirun.
-    Study(flags::StudyArgs),
+    Study(Box<flags::StudyArgs>),
 }
 
 #[derive(Args)]
@@ -159,7 +159,7 @@ fn execute(command: Command, petsc_options: &[String], world: &SimpleCommunicato
     }
 }
 
-fn run_study(arguments: flags::StudyArgs, petsc_options: Vec<String>) -> i32 {
+fn run_study(arguments: Box<flags::StudyArgs>, petsc_options: Vec<String>) -> i32 {
     study::study(&arguments.request(petsc_options)).unwrap_or_else(|error| {
         // All ranks of a study that mpirun has started come here.
         if std::env::var("OMPI_COMM_WORLD_RANK").map_or(true, |rank| rank == "0") {
