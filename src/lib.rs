@@ -14,5 +14,6 @@ pub mod parallel;
 pub mod petsc;
 pub mod schwarz;
 pub mod simulation;
+pub mod study;
 
 pub use error::{Error, Result};

@@ -1,4 +1,6 @@
-//! The command line: `kontakt run CASE`, `kontakt check CASE`.
+//! The command line: `kontakt run CASE`, `kontakt check CASE`, `kontakt study CASE`.
+mod flags;
+
 use clap::{Args, Parser, Subcommand};
 use kontakt::{
     Error, Result,
@@ -6,7 +8,7 @@ use kontakt::{
     case::{self, Case},
     output::{AdaptRound, HistoryRow, Summary},
     parallel::agree,
-    petsc, simulation,
+    petsc, simulation, study,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{io::IsTerminal, path::PathBuf};
@@ -46,6 +48,8 @@ enum Command {
         #[command(flatten)]
         case: CaseArgs,
     },
+    /// Show what accuracy costs in time: solve the case on several meshes, in several ways. Not under mpirun.
+    Study(Box<flags::StudyArgs>),
 }
 
 #[derive(Args)]
@@ -87,6 +91,11 @@ fn main() {
             std::process::exit(if e.use_stderr() { 2 } else { 0 });
         }
     };
+    let command = match cli.command {
+        // It starts processes with MPI, and has none itself.
+        Command::Study(arguments) => std::process::exit(run_study(arguments, petsc_options)),
+        command => command,
+    };
     let Some(universe) = mpi::initialize() else {
         eprintln!("kontakt: MPI is already initialised");
         std::process::exit(1);
@@ -94,7 +103,7 @@ fn main() {
     abort_on_panic();
     let world = universe.world();
     let code = match petsc::Session::start().and_then(|session| {
-        let code = execute(cli.command, &petsc_options, &world)?;
+        let code = execute(command, &petsc_options, &world)?;
         drop(session);
         Ok(code)
     }) {
@@ -137,14 +146,27 @@ fn split_arguments(all: Vec<String>) -> (Vec<String>, Vec<String>) {
 }
 
 fn execute(command: Command, petsc_options: &[String], world: &SimpleCommunicator) -> Result<i32> {
-    let (Command::Run { case: args, .. } | Command::Check { case: args }) = &command;
+    let (Command::Run { case: args, .. } | Command::Check { case: args }) = &command else {
+        return Err(Error::internal("a study has no ranks"));
+    };
     let case = agree(world, case::read(&args.case, args.variant.as_deref(), &args.sets))?;
     refuse_unknown_prefixes(petsc_options, &case)?;
     petsc::set_options(&petsc_options.join(" "))?;
     match command {
         Command::Check { .. } => check(&case, world),
         Command::Run { out, adapt, .. } => run(&case, out, &adapt, world),
+        Command::Study(_) => Err(Error::internal("a study has no ranks")),
     }
+}
+
+fn run_study(arguments: Box<flags::StudyArgs>, petsc_options: Vec<String>) -> i32 {
+    study::study(&arguments.request(petsc_options)).unwrap_or_else(|error| {
+        // All ranks of a study that mpirun has started come here.
+        if std::env::var("OMPI_COMM_WORLD_RANK").map_or(true, |rank| rank == "0") {
+            eprintln!("kontakt: error: {error}");
+        }
+        error.exit_code()
+    })
 }
 
 /// Options that look like a body's but name none.

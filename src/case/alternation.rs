@@ -152,7 +152,8 @@ pub(super) fn read(case: &Fields<'_>) -> Option<AlternationCase> {
     })
 }
 
-fn tolerance(field: &Field<'_>) -> Option<Tolerance> {
+/// A number, or `"auto"`.
+pub(super) fn tolerance(field: &Field<'_>) -> Option<Tolerance> {
     match &field.node.value {
         Value::Text(text) if text == "auto" => return Some(Tolerance::Automatic),
         Value::Text(text) if text.starts_with(char::is_alphabetic) => {
@@ -185,7 +186,8 @@ fn driver(fields: &Fields<'_>) -> Option<Driver> {
     }
 }
 
-fn weights(field: &Field<'_>) -> Option<Weights> {
+/// One of the names, or a number in (0, 1).
+pub(super) fn weights(field: &Field<'_>) -> Option<Weights> {
     const NAMED: [(&str, Weights); 5] = [
         ("response", Weights::Response),
         ("response per surface", Weights::ResponseSurface),

@@ -68,8 +68,17 @@ pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>) -> Option<Bod
         temperature,
         solver: solver(fields),
         response: ResponseCase::ALL[fields.choice("response").unwrap_or(0)],
+        refine: refine(fields),
         origin: fields.origin(),
     })
+}
+
+/// `mesh.refine`, which [`shape::read`] checks.
+fn refine(fields: &Fields<'_>) -> usize {
+    match fields.node.get("mesh").and_then(|mesh| mesh.get("refine")).map(|node| &node.value) {
+        Some(Value::Integer(n)) => usize::try_from(*n).unwrap_or(0),
+        _ => 0,
+    }
 }
 
 /// Surface names that are known before the mesh is made.

@@ -6,7 +6,9 @@ mod alternation;
 mod body;
 mod contact;
 mod edit;
+mod exact;
 mod expression;
+mod fingerprint;
 mod grading;
 mod material;
 mod nearest;
@@ -18,16 +20,19 @@ mod rigid;
 mod schema;
 mod shape;
 mod step;
+mod study;
 mod temperature_file;
 mod transform;
 mod units;
 
 pub use alternation::{AlternationCase, Driver, Tolerance, Transfer, Weights};
+pub use exact::{ClosedForm, ExactCase, ExactProbe, HertzLoad};
 pub use expression::Expression;
 pub use read::{read, variant_names};
 pub use reference::reference;
 pub use rigid::{RigidCase, RigidShape};
 pub use step::StepCase;
+pub use study::StudyCase;
 
 use crate::error::Error;
 
@@ -89,6 +94,12 @@ pub struct Case {
     pub probes: Vec<ProbeCase>,
     /// What to draw.
     pub output: OutputCase,
+    /// What a study varies.
+    pub study: StudyCase,
+    /// What is known of the solution, if anything is.
+    pub exact: Option<ExactCase>,
+    /// Stands for all that a run depends on, files included: the same number, the same run.
+    pub fingerprint: u64,
 }
 
 impl Case {
@@ -163,6 +174,8 @@ pub struct BodyCase {
     pub solver: Option<String>,
     /// How it answers forces and displacements on its contact surfaces.
     pub response: ResponseCase,
+    /// How often every cell of its mesh is cut into four; the geometry is what comes of it.
+    pub refine: usize,
     /// Where the body is written.
     pub origin: Origin,
 }

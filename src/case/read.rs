@@ -6,7 +6,7 @@ use super::material::Materials;
 use super::node::{Node, Value};
 use super::reader::{Fields, Reader, all};
 use super::{Analysis, BodyCase, BodyRef, Case, Driver, RigidCase, Units};
-use super::{alternation, body, edit, material, nearest, rigid, step};
+use super::{alternation, body, edit, exact, fingerprint, material, nearest, rigid, step, study};
 use crate::error::{Error, Result};
 
 /// Reads a case file, or the `case.toml` of a directory, with one of its variants and `--set` changes
@@ -35,7 +35,8 @@ pub fn read(path: &Path, variant: Option<&str>, sets: &[String]) -> Result<Case>
         let own = root.get("title").and_then(Node::text).unwrap_or(&case.name);
         Case { title: title.unwrap_or(own).to_string(), ..case }
     });
-    reader.finish(case.map(|case| Case { text: with_changes(&text, &changes), ..case }))
+    let fingerprint = fingerprint::of(&root, &reader.directory);
+    reader.finish(case.map(|case| Case { text: with_changes(&text, &changes), fingerprint, ..case }))
 }
 
 /// Name of a case: its directory for a `case.toml`, else the file's stem.
@@ -144,6 +145,8 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     refuse_duplicates(&probes, "probes");
     let probes = all(probes.iter().map(|table| contact::probe(table, named)));
     let output = contact::output(&fields);
+    let study = study::read(&fields, contacts.as_deref(), probes.as_deref());
+    let exact = exact::read(&fields, contacts.as_deref(), probes.as_deref());
     Some(Case {
         name: String::new(),
         title: String::new(),
@@ -158,6 +161,9 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
         steps: steps?,
         probes: probes?,
         output,
+        study,
+        exact,
+        fingerprint: 0,
     })
 }
 
@@ -235,13 +241,17 @@ mod tests {
     use super::*;
 
     /// Cases that between them have every table of the schema.
-    const EVERYTHING: [&str; 3] = [
+    const EVERYTHING: [&str; 4] = [
         r#"analysis = "plane stress"
 [material.a]
 young = { temperature = [293, 373], value = [1, 2] }
 poisson = 0.3
 [alternation]
 [output]
+[study]
+[exact]
+probe.p = { x = 0, y = 0 }
+hertz_line = { radius = [1], force = 1 }
 [[variant]]
 name = "v"
 [[contact]]
@@ -288,7 +298,7 @@ mesh.disc = { radius = 1, quarter = 2, depth = { to = 0.3, cells = 1 } }
 [[body]]
 name = "b"
 material = { young = 1, poisson = 0 }
-mesh = { file = "b.msh", group = "b", scale = 1e-3 }
+mesh = { file = "b.msh", group = "b", scale = 1e-3, refine = 1 }
 [[body]]
 name = "c"
 rigid.plane = { through = [0, 0], normal = [0, 1] }
@@ -299,6 +309,24 @@ rigid.circle = { center = [0, 0], radius = 1 }
 name = "e"
 rigid.polyline = { points = [[0, 0], [1, 0]] }
 [[step]]
+[exact]
+press_fit = { radii = [1, 2, 3], interference = 1e-3 }
+[[contact]]
+surfaces = ["a.arc", "b.inner"]
+"#,
+        r#"analysis = "plane stress"
+[[body]]
+name = "a"
+material = { young = 1, poisson = 0 }
+mesh.rectangle = { x = { from = 0, to = 1, cells = 1 }, y = { from = 0, to = 1, cells = 1 } }
+[[contact]]
+surfaces = ["a.top", "b.bottom"]
+[[body]]
+name = "b"
+material = { young = 1, poisson = 0 }
+mesh.rectangle = { x = { from = 0, to = 1, cells = 1 }, y = { from = 1, to = 2, cells = 1 } }
+[exact]
+heated_blocks = { heights = [1, 1], width = 1 }
 "#,
     ];
 

@@ -1,5 +1,7 @@
 //! Every key of the case file: the one list from which unknown keys are refused, dimensions checked, and
 //! `docs/case-file.md` written.
+mod study;
+
 use super::units::Dimension;
 
 /// A table of the case file.
@@ -94,6 +96,12 @@ use Kind::*;
 
 /// Names of the element kinds that generated meshes can have.
 pub(super) const ELEMENTS: &[&str] = &["tri3", "tri6", "quad4", "quad8"];
+/// How bodies may answer on their contact surfaces.
+pub(super) const RESPONSES: &[&str] = &["automatic", "condensed", "solver"];
+/// The drivers.
+pub(super) const DRIVERS: &[&str] = &["active set", "relaxed"];
+/// The transfers.
+pub(super) const TRANSFERS: &[&str] = &["mortar", "pointwise"];
 const WITHIN: &str = "Only the part of the surface inside this box (a facet belongs if all its nodes do).";
 
 /// All tables, in the order of the reference page.
@@ -139,6 +147,8 @@ pub(super) const TABLES: &[Table] = &[
             ),
             key("probe", Tables("probe"), ABSENT, "Points to report."),
             key("output", Table("output"), ABSENT, "What to draw."),
+            key("exact", Table("exact"), ABSENT, "What is known of the solution, for `kontakt study`."),
+            key("study", Table("study"), ABSENT, "What `kontakt study` varies."),
             key("variant", Tables("variant"), ABSENT, "Named changes; see [Variants](#variants)."),
         ],
     },
@@ -262,7 +272,7 @@ field. Absent: no heat in this body.",
             ),
             key(
                 "response",
-                Choice(&["automatic", "condensed", "solver"]),
+                Choice(RESPONSES),
                 is("\"automatic\""),
                 "How it answers on its contact surfaces: by dense algebra on its interface, made once (`condensed`), \
 by a solve of the whole body each time (`solver`), or whichever a cost estimate finds cheaper. The answer is the \
@@ -612,15 +622,10 @@ active nodes; \
 E'_B); a number in \
 (0, 1) is the paper's constant.",
         keys: &[
-            key(
-                "driver",
-                Choice(&["active set", "relaxed"]),
-                is("\"active set\""),
-                "What decides the next step.",
-            ),
+            key("driver", Choice(DRIVERS), is("\"active set\""), "What decides the next step."),
             key(
                 "transfer",
-                Choice(&["mortar", "pointwise"]),
+                Choice(TRANSFERS),
                 is("`active set`: `mortar`; `relaxed`: `pointwise`"),
                 "How displacements and forces cross the interface.",
             ),
@@ -703,6 +708,12 @@ all factors 1.",
             key("window", Points(D::LENGTH), is("everything"), "Lower and upper corner of what to draw."),
         ],
     },
+    study::EXACT,
+    study::EXACT_PROBE,
+    study::HERTZ_LINE,
+    study::PRESS_FIT,
+    study::HEATED_BLOCKS,
+    study::STUDY,
     Table {
         name: "variant",
         heading: "`[[variant]]`",

@@ -114,7 +114,7 @@ fn reserve(part: &Path) -> Result<()> {
 }
 
 /// Writes a small file, complete or not at all. Not collective.
-pub(super) fn write_complete(path: &Path, content: &[u8]) -> Result<()> {
+pub(crate) fn write_complete(path: &Path, content: &[u8]) -> Result<()> {
     let part = part_name(path);
     std::fs::write(&part, content).and_then(|()| std::fs::rename(&part, path)).map_err(|e| {
         let _ = std::fs::remove_file(&part);

@@ -21,8 +21,10 @@ mod tables;
 mod vtkhdf;
 
 pub use file::write;
+pub(crate) use file::write_complete;
 pub use history::{HistoryRow, PairRow, mean_contraction};
 pub use picture::draw;
+pub(crate) use picture::{Precision, PrecisionCurve, PrecisionPoint};
 pub use read::Results;
 pub use reason::{Driver, Reason, Transfer};
 pub use result::*;

@@ -19,6 +19,8 @@ pub(super) enum Symbol {
     Dashes(ShapeStyle),
     /// A dot.
     Dot(RGBColor),
+    /// A circle around a dot.
+    Ring(RGBColor),
 }
 
 /// Symbols and names, laid out in rows.
@@ -50,7 +52,11 @@ impl Legend {
     }
 
     /// Draws it with its upper left corner at a place.
-    pub fn draw(&self, area: &DrawingArea<SVGBackend, Shift>, (left, top): (i32, i32)) -> Result<()> {
+    pub fn draw<B: DrawingBackend>(
+        &self,
+        area: &DrawingArea<B, Shift>,
+        (left, top): (i32, i32),
+    ) -> Result<()> {
         let style = TextStyle::from((FONT, SIZE).into_font()).color(&INK);
         let style = style.pos(Pos::new(HPos::Left, VPos::Center));
         for ((symbol, name), (x, row)) in self.entries.iter().zip(&self.places) {
@@ -65,6 +71,10 @@ impl Legend {
                 }
                 Symbol::Dot(colour) => {
                     area.draw(&Circle::new((x + (SYMBOL - 6) / 2, y), 4, colour.filled())).map_err(failed)?;
+                }
+                Symbol::Ring(colour) => {
+                    let middle = (x + (SYMBOL - 6) / 2, y);
+                    area.draw(&Circle::new(middle, 7, colour.stroke_width(1))).map_err(failed)?;
                 }
             }
             area.draw(&Text::new(name.as_str(), (x + SYMBOL, y), style.clone())).map_err(failed)?;

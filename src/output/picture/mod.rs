@@ -8,11 +8,15 @@ mod convergence;
 mod curve;
 mod legend;
 mod outline;
+mod precision;
 mod pressure;
 mod raster;
 mod scale;
 mod scene;
+mod sharp;
 mod view;
+
+pub(crate) use precision::{Precision, PrecisionCurve, PrecisionPoint};
 
 use super::Results;
 use crate::case::OutputCase;
@@ -37,15 +41,21 @@ const CURVES: [plotters::style::RGBColor; 6] = [
     plotters::style::RGBColor(230, 159, 0),
 ];
 
-/// Draws the pictures that the results have something for, into a directory. Returns the files written.
-pub fn draw(results: &Results, style: &OutputCase, directory: &Path) -> Result<Vec<PathBuf>> {
+/// Makes the font known to the drawing library, once.
+fn font() -> Result<()> {
     static FONT_READY: LazyLock<bool> = LazyLock::new(|| {
         let regular = register_font(FONT, FontStyle::Normal, dejavu::sans::regular());
         regular.and(register_font(FONT, FontStyle::Bold, dejavu::sans::bold())).is_ok()
     });
-    if !*FONT_READY {
-        return Err(Error::internal("the font of the pictures cannot be read"));
+    match *FONT_READY {
+        true => Ok(()),
+        false => Err(Error::internal("the font of the pictures cannot be read")),
     }
+}
+
+/// Draws the pictures that the results have something for, into a directory. Returns the files written.
+pub fn draw(results: &Results, style: &OutputCase, directory: &Path) -> Result<Vec<PathBuf>> {
+    font()?;
     let pictures = [
         ("bodies.png", bodies::draw(results, style)?),
         ("pressure.svg", pressure::draw(results)?.map(String::into_bytes)),

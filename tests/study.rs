@@ -1,0 +1,249 @@
+//! `kontakt study`: errors and orders of a known problem, going on after a kill, refusals.
+mod common;
+
+use common::mpirun;
+use std::{
+    collections::BTreeMap,
+    path::Path,
+    process::{Command, Output, Stdio},
+    time::{Duration, Instant},
+};
+
+/// Two rings pressed into each other: exact by Lame.
+const RINGS: &str = r#"
+analysis = "plane strain"
+[[body]]
+name = "inner"
+material = { young = 2.1e11, poisson = 0.3 }
+element = "quad8"
+mesh.ring = { radius = { from = 0.05, to = 0.1, cells = 2 }, angle = { from = 0, to = 90, cells = 6 } }
+support = [{ surface = "start", y = 0 }, { surface = "end", x = 0 }]
+[[body]]
+name = "outer"
+material = { young = 7e10, poisson = 0.33 }
+element = "quad8"
+mesh.ring = { radius = { from = 0.1, to = 0.15, cells = 2 }, angle = { from = 0, to = 90, cells = 6 } }
+support = [{ surface = "start", y = 0 }, { surface = "end", x = 0 }]
+[[contact]]
+name = "fit"
+surfaces = ["inner.outer", "outer.inner"]
+gap_offset = -5e-5
+[[probe]]
+name = "bore"
+body = "inner"
+at = [0.05, 0]
+[alternation]
+tolerance = 1e-10
+"#;
+const LAME: &str = "[exact]\npress_fit = { radii = [0.05, 0.1, 0.15], interference = 5e-5 }\n";
+
+fn study(case: &Path, out: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kontakt"));
+    command.arg("study").arg(case).arg("--out").arg(out).args(arguments);
+    command
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The rows of `study.csv`, by the names of the columns.
+fn rows(out: &Path) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(out.join("study.csv")).expect("study.csv is there");
+    reader.deserialize().map(|row| row.expect("a row")).collect()
+}
+
+fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
+    row[column].parse().unwrap_or_else(|_| panic!("{column} = {:?}", row[column]))
+}
+
+#[test]
+fn errors_and_orders_are_those_of_the_elements() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+    std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
+    let page = directory.path().join("pages/rings.md");
+    let arguments = ["--levels", "2..3", "--elements", "quad4,quad8", "--repeat", "1", "--page"];
+    let output = study(&case, &out, &arguments).arg(&page).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let rows = rows(&out);
+    let keys: Vec<(&str, &str)> = rows.iter().map(|row| (&row["element"][..], &row["level"][..])).collect();
+    assert_eq!(keys, [("quad4", "2"), ("quad4", "3"), ("quad8", "2"), ("quad8", "3")]);
+    // Displacements converge with order 2 and, superconvergent with 2 x 2 points, 4.
+    for (row, order) in [(&rows[1], 2.0), (&rows[3], 4.0)] {
+        let found = number(row, "bore.displacement.order");
+        assert!((found - order).abs() < 0.25, "{}: order {found}", row["element"]);
+    }
+    // The error is the relative distance from Lame's displacement; u = -p b^2 (...)/(...), worked out by hand.
+    let (e, nu) = (2.1e11 / 0.91, 0.3 / 0.7);
+    let (e2, nu2) = (7e10 / (1.0 - 0.33 * 0.33), 0.33 / 0.67);
+    let opening = 0.1 / e2 * (0.0325 / 0.0125 + nu2) + 0.1 / e * (0.0125 / 0.0075 - nu);
+    let pressure = 5e-5 / opening;
+    let exact = -pressure * 0.01 / 0.0075 * 2.0 * 0.05 / e;
+    for row in &rows {
+        let error = (number(row, "bore.displacement.x") / exact - 1.0).abs();
+        let stated = number(row, "bore.displacement.error");
+        assert!((error - stated).abs() < 1e-9 + 1e-6 * error, "{error:e}, {stated:e}");
+        let error = (number(row, "fit.peak_pressure") / pressure - 1.0).abs();
+        assert!((error - number(row, "fit.peak_pressure.error")).abs() < 1e-9 + 1e-6 * error);
+        assert_eq!((&row["converged"][..], &row["ending"][..]), ("1", "converged"));
+        let [seconds, process, cpu] =
+            ["seconds", "process_seconds", "cpu_seconds"].map(|column| number(row, column));
+        assert!(seconds > 0.0 && process > seconds && cpu > 0.0, "{seconds} {process} {cpu}");
+        assert!(number(row, "peak_memory_mb") > 1.0 && number(row, "tolerance") == 1e-10);
+    }
+    // The same numbers in the HDF5 file; page and pictures are there.
+    let file = hdf5::File::open(out.join("study.h5")).unwrap();
+    let dofs = file.dataset("study/dofs").unwrap().read_raw::<f64>().unwrap();
+    assert_eq!(dofs, rows.iter().map(|row| number(row, "dofs")).collect::<Vec<_>>());
+    let text = std::fs::read_to_string(&page).unwrap();
+    assert!(text.contains("For 1 % of peak pressure: level") && text.contains("(rings.svg)"), "{text}");
+    assert!(
+        page.with_extension("svg").exists()
+            && out.join("study.svg").exists()
+            && out.join("study.png").exists()
+    );
+}
+
+#[test]
+fn without_an_exact_solution_errors_are_measured_against_the_limit() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+    std::fs::write(&case, RINGS).unwrap();
+    let output = study(&case, &out, &["--levels", "0..2", "--repeat", "1"]).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let limits = rows(&out);
+    std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
+    let output = study(&case, &out, &["--levels", "0..2", "--repeat", "1"]).output().unwrap();
+    // What is exact is no part of a run.
+    assert!(stderr(&output).contains("all of them are done already"), "{}", stderr(&output));
+    for (limit, exact) in limits.iter().zip(rows(&out)).take(2) {
+        let (limit, exact) =
+            (number(limit, "bore.displacement.error"), number(&exact, "bore.displacement.error"));
+        assert!((limit / exact - 1.0).abs() < 0.05, "{limit:e} against the limit, {exact:e} exact");
+    }
+    let output = study(&case, &out, &["--levels", "0..2", "--set", "exact={ peak_pressure = 3e7 }"]).output();
+    let output = output.unwrap();
+    assert!(stderr(&output).contains("differ by"), "a wrong exact value is noticed: {}", stderr(&output));
+}
+
+#[test]
+fn a_study_that_was_killed_goes_on_and_does_no_run_twice() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+    std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
+    let arguments = ["--levels", "0..2", "--repeat", "2"];
+    let mut child =
+        study(&case, &out, &arguments).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+    let journal = || std::fs::read_to_string(out.join("runs.jsonl")).unwrap_or_default();
+    let start = Instant::now();
+    // The first line is the header.
+    while journal().lines().count() < 3 {
+        assert!(start.elapsed() < Duration::from_secs(60) && child.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = journal();
+    let done = before.lines().count() - 1;
+    assert!(done < 6, "the kill came too late");
+    let output = study(&case, &out, &arguments).output().unwrap();
+    let text = stderr(&output);
+    assert!(output.status.success(), "{text}");
+    assert!(text.contains(&format!("{done} are done already, {} are left", 6 - done)), "{text}");
+    let after = journal();
+    assert!(after.starts_with(&before) && after.lines().count() == 7, "{after}");
+    let mut names: Vec<String> = after
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let entry: serde_json::Value = serde_json::from_str(line).unwrap();
+            format!("{} {}", entry["run"], entry["repetition"])
+        })
+        .collect();
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), 6, "{names:?}");
+    assert!(rows(&out).iter().all(|row| row["repetitions"] == "2"));
+    let left = std::fs::read_dir(&out).unwrap().flatten();
+    assert!(left.map(|e| e.file_name()).all(|name| !name.to_string_lossy().starts_with(".run-")));
+    // Another case begins anew, and says so.
+    std::fs::write(&case, format!("{RINGS}{LAME}").replace("7e10", "8e10")).unwrap();
+    let output = study(&case, &out, &["--levels", "0", "--repeat", "1"]).output().unwrap();
+    assert!(stderr(&output).contains("the case has changed"), "{}", stderr(&output));
+    assert_eq!(journal().lines().count(), 2);
+}
+
+#[test]
+fn runs_that_do_not_converge_are_listed_and_not_in_the_curves() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+    std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
+    let limit = ["--levels", "0", "--repeat", "2", "--set", "alternation.max_alternations=2"];
+    let output = study(&case, &out, &limit).output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let rows = rows(&out);
+    assert_eq!((&rows[0]["converged"][..], &rows[0]["ending"][..]), ("0", "max alternations"));
+    assert_eq!(rows[0]["repetitions"], "1", "what fails is not repeated");
+    assert!(std::fs::read_to_string(out.join("study.md")).unwrap().contains("**max alternations**"));
+}
+
+#[test]
+fn wrong_keys_and_flags_are_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+    let check = |addition: &str, arguments: &[&str], expected: &[&str]| {
+        std::fs::write(&case, format!("{RINGS}{addition}")).unwrap();
+        let output = study(&case, &out, arguments).output().unwrap();
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{addition} {arguments:?}: {text}");
+        assert!(expected.iter().all(|part| text.contains(part)), "{addition} {arguments:?}: {text}");
+    };
+    let none: &[&str] = &[];
+    check("[study]\nlevel = 3\n", none, &["rings.toml:26: study.level: unknown key 'level'", "'levels'"]);
+    check("[study]\nlevels = \"3..1\"\n", none, &["study.levels", "\"3..1\" was given", "\"0..3\""]);
+    check("[study]\nelements = [\"quad5\"]\n", none, &["study.elements.0", "did you mean 'quad4'"]);
+    check("[study]\ntolerances = [1]\n", none, &["study.tolerances.0: 1 was given; must be in (0, 1e-2]"]);
+    check("[study]\nranks = [1, 1]\n", none, &["study.ranks", "listed twice"]);
+    check("[study]\nweights = [\"response\"]\n", none, &["weights", "relaxed"]);
+    check("", &["--levels", "0..x"], &["--set: study.levels: \"0..x\" was given"]);
+    check("", &["--levels", "0,1"], &["[exact]", "at least three"]);
+    check("", &["--drivers", "active"], &["study.drivers.0", "active set"]);
+    check("", &["--drivers", "relaxed", "--transfers", "mortar"], &["nothing is left to run"]);
+    check("[exact]\n", none, &["exact: nothing is given"]);
+    check("[exact]\npeak_presure = 1\n", none, &["exact.peak_presure", "did you mean 'peak_pressure'"]);
+    check("[exact]\nforce = \"1 MPa\"\n", none, &["exact.force", "a force"]);
+    check("[exact]\nprobe.bor = { x = 0, y = 0 }\n", none, &["there is no probe 'bor'", "'bore'"]);
+    check("[exact]\nprobe.bore = { x = 0 }\n", none, &["'x', 'y' belong together"]);
+    check("[exact]\npair = \"fits\"\nforce = 1\n", none, &["exact.pair", "did you mean 'fit'"]);
+    check(
+        "[exact]\npress_fit = { radii = [1, 2], interference = 1 }\n",
+        none,
+        &["exact.press_fit.radii", "bore"],
+    );
+    check("[exact]\nhertz_line = { radius = [1] }\n", none, &["one of 'force' and 'half_width'"]);
+    check("[exact]\nheated_blocks = { heights = [1, 1], width = 1 }\n", none, &["needs its 'gap'"]);
+    let named = ["--quantity", "fit.peak"];
+    check(LAME, &named, &["study.quantity: \"fit.peak\" was given; there is: fit.peak_pressure, fit.force"]);
+}
+
+#[test]
+fn mpirun_is_its_own_business() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+    std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
+    let under = |ranks: usize| {
+        let mut command = mpirun(ranks);
+        command
+            .arg(env!("CARGO_BIN_EXE_kontakt"))
+            .args(["study", "--levels", "0", "--repeat", "1", "--ranks", "2"]);
+        command.arg(&case).arg("--out").arg(&out).output().unwrap()
+    };
+    let output = under(2);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_eq!(stderr(&output).matches("it starts mpirun itself").count(), 1, "{}", stderr(&output));
+    // On one rank nothing of the surrounding MPI reaches the runs.
+    let output = under(1);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(rows(&out)[0]["ranks"], "2");
+}
