@@ -7,6 +7,7 @@ use std::collections::HashMap;
 pub(super) struct Edge {
     nodes: [u32; 3],
     n_nodes: usize,
+    body: i32,
     /// True if only one cell has it.
     pub outer: bool,
 }
@@ -34,8 +35,8 @@ pub(super) fn edges(piece: &Piece) -> Vec<Edge> {
             let mut key = [same(node(0)), same(node(1))];
             key.sort_unstable();
             let edge = match facet.len() {
-                2 => Edge { nodes: [node(0), node(1), 0], n_nodes: 2, outer: true },
-                _ => Edge { nodes: [node(0), node(2), node(1)], n_nodes: 3, outer: true },
+                2 => Edge { nodes: [node(0), node(1), 0], n_nodes: 2, body, outer: true },
+                _ => Edge { nodes: [node(0), node(2), node(1)], n_nodes: 3, body, outer: true },
             };
             edges.entry(key).and_modify(|edge| edge.outer = false).or_insert(edge);
         }
@@ -50,7 +51,6 @@ fn close_hanging(
     first_at: &HashMap<(i32, [u64; 3]), u32>,
     edges: &mut HashMap<[u32; 2], Edge>,
 ) {
-    let body_at: HashMap<u32, i32> = first_at.iter().map(|(&(body, _), &node)| (node, body)).collect();
     let at = |node: u32| piece.points[node as usize];
     let outer: Vec<[u32; 2]> = edges.iter().filter(|(_, edge)| edge.outer).map(|(key, _)| *key).collect();
     for key in outer {
@@ -62,9 +62,7 @@ fn close_hanging(
             }
         };
         let place = middle.map(|x| (x + 0.0).to_bits());
-        let Some(&middle) = body_at.get(&key[0]).and_then(|&body| first_at.get(&(body, place))) else {
-            continue;
-        };
+        let Some(&middle) = first_at.get(&(edges[&key].body, place)) else { continue };
         let halves = key.map(|end| [end.min(middle), end.max(middle)]);
         if halves.iter().all(|half| edges.get(half).is_some_and(|edge| edge.outer)) {
             for key in [key, halves[0], halves[1]] {
@@ -95,6 +93,22 @@ mod tests {
     fn a_seam_between_partitions_is_no_outline() {
         let edges = edges(&two_squares([0, 0]));
         assert_eq!((edges.len(), edges.iter().filter(|e| e.outer).count()), (7, 6));
+    }
+
+    #[test]
+    fn a_coarse_side_against_two_finer_ones_is_no_outline() {
+        // A square, and to its right two half as high.
+        let points =
+            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.5], [2.0, 0.0], [2.0, 0.5], [2.0, 1.0]];
+        let piece = Piece {
+            points: points.map(|[x, y]| [x, y, 0.0]).to_vec(),
+            cells: [[0, 1, 2, 3], [1, 5, 6, 4], [4, 6, 7, 2]]
+                .map(|n| Cell::new(ElementKind::Quad4, &n))
+                .to_vec(),
+            cell_bodies: vec![0; 3],
+            ..Piece::default()
+        };
+        assert_eq!(edges(&piece).iter().filter(|e| e.outer).count(), 7);
     }
 
     #[test]
