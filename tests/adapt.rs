@@ -129,6 +129,16 @@ fn every_element_kind_and_energy_too() {
 }
 
 #[test]
+fn a_surface_of_several_pairs_is_refined_for_each() {
+    let (code, found, text) = adapt(2, "hard/roller", &["--adapt", "pressure=1%"]);
+    assert_eq!(code, Some(0), "{text}");
+    check_invariants(&found, "roller");
+    // Side by side: neither surface is much finer than the other.
+    assert!(rounds(&found).len() < 10, "{text}");
+    assert!(number(&found["error_estimate"]["contact_pressure"]) <= 0.01);
+}
+
+#[test]
 fn load_steps_are_solved_on_every_mesh_and_the_last_one_is_estimated() {
     let mut arguments: Vec<String> = coarse();
     arguments.extend(

@@ -110,7 +110,7 @@ impl Parameters<'_> {
                 }
             }
         }
-        for slave in Hanging::of(part).owned(part.n_owned) {
+        for slave in Hanging::of(part).among(part.n_owned) {
             for c in 0..dim {
                 let dof = (part.global[slave.node as usize] as usize * dim + c) as i32;
                 entries.add_diagonal(dof, scale);

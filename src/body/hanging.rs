@@ -35,9 +35,9 @@ impl<'a> Hanging<'a> {
         self.0.binary_search_by_key(&node, |slave| slave.node).ok().map(|i| &self.0[i])
     }
 
-    /// Slaves among the owned nodes.
-    pub fn owned(self, n_owned: usize) -> impl Iterator<Item = &'a Slave> {
-        self.0.iter().take_while(move |slave| (slave.node as usize) < n_owned)
+    /// Slaves among the first `n` nodes: the owned or the local ones.
+    pub fn among(self, n: usize) -> impl Iterator<Item = &'a Slave> {
+        self.0.iter().take_while(move |slave| (slave.node as usize) < n)
     }
 
     /// `None` for a cell without slaves.
@@ -111,7 +111,7 @@ impl Body {
             return Ok(u);
         }
         let (all, dim) = (self.with_ghosts(group, &u)?, self.part.dim);
-        for slave in Hanging::of(&self.part).owned(self.part.n_owned) {
+        for slave in Hanging::of(&self.part).among(self.part.n_owned) {
             for c in 0..dim {
                 let from = |&(master, weight): &(u32, f64)| weight * all[master as usize * dim + c];
                 u[slave.node as usize * dim + c] = slave.masters.iter().map(from).sum();

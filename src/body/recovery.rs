@@ -119,6 +119,13 @@ impl Body {
             let share = 1.0 / f64::from(n.max(1));
             fields.stress[i].iter_mut().chain(&mut fields.strain[i]).for_each(|v| *v *= share);
         }
+        // A stress, too, is at a slave what the coarse side has there.
+        for slave in Hanging::of(part).among(part.n_local) {
+            for field in [&mut fields.stress, &mut fields.strain] {
+                let from = |c: usize| slave.masters.iter().map(|&(m, w)| w * field[m as usize][c]).sum();
+                field[slave.node as usize] = std::array::from_fn(from);
+            }
+        }
         Hanging::of(part).distribute(&mut internal, dim);
         self.balance(u, contact, &internal, &mut balance);
         Ok((fields, balance))

@@ -74,7 +74,7 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
     let (rotate, translate) = (mesh.number("rotate"), mesh.point("translate"));
     let scale = mesh.number_if("scale", |value| value > 0.0, "must be > 0");
     let group = mesh.text("group");
-    let refine = if mesh.has("refine") { mesh.natural("refine", MOST_REFINEMENTS) } else { Some(0) };
+    let refine = mesh.natural("refine", MOST_REFINEMENTS).unwrap_or(0);
     if given[0] == "file" {
         for key in mesh.given(&["rotate", "translate"]) {
             mesh.error_at(key, "belongs to generated shapes, not to a mesh file");
@@ -85,7 +85,7 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
         let file = existing_file(&mesh, "file")?;
         let group = group.map(str::to_string);
         let scale = scale.unwrap_or(1.0);
-        return Some(Geometry::Gmsh { file, group, scale, refine: refine?, origin: mesh.origin() });
+        return Some(Geometry::Gmsh { file, group, scale, refine, origin: mesh.origin() });
     }
     for key in mesh.given(&["group", "scale"]) {
         mesh.error_at(key, "belongs to 'file', not to a generated shape");
@@ -97,7 +97,7 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
         "half_disc" => half_disc(&mesh.table("half_disc")?),
         _ => disc(&mesh.table("disc")?),
     };
-    let (shape, refine) = (shape?, refine?);
+    let shape = shape?;
     if shape.longest() << refine > grading::MOST_CELLS {
         return mesh
             .field("refine")?

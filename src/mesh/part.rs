@@ -62,7 +62,7 @@ pub struct MeshPart {
     pub original: Vec<u32>,
     /// How many nodes this rank owns.
     pub n_owned: usize,
-    /// How many nodes its own cells have, owned or not.
+    /// How many nodes its own cells have, owned or not; with the masters of those that hang.
     pub n_local: usize,
     /// Own cells, then halo cells: all others that touch a node of an own cell, and those with a slave of an owned
     /// master. Node numbers are local.
@@ -114,6 +114,14 @@ impl MeshPart {
         let n_own_cells = chosen.len();
         raise(&mut near, mesh, &chosen, Near::Local);
         let slaves = mesh.slaves();
+        for slave in &slaves {
+            if near[slave.node as usize] <= Near::Local {
+                for &(master, _) in &slave.masters {
+                    let master = &mut near[master as usize];
+                    *master = Near::Local.min(*master);
+                }
+            }
+        }
         let mut wanted = vec![false; if slaves.is_empty() { 0 } else { mesh.points.len() }];
         for slave in &slaves {
             wanted[slave.node as usize] = slave.masters.iter().any(|(m, _)| near[*m as usize] == Near::Owned);

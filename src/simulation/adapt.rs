@@ -306,8 +306,9 @@ fn under_pressure(
             for (facet, cell) in std::iter::zip(&mut facets, &cells) {
                 *facet |= marked[first[b] + cell];
             }
-            for (cell, padded) in std::iter::zip(cells, pad(surface, &facets)) {
-                under[first[b] + cell] = f64::from(u8::from(padded));
+            // A surface may be in several pairs.
+            for (cell, _) in std::iter::zip(cells, pad(surface, &facets)).filter(|(_, padded)| *padded) {
+                under[first[b] + cell] = 1.0;
             }
         }
     }
