@@ -21,6 +21,10 @@ const HELD: f64 = 1e-9;
 /// Modes whose stiffness on the active rows is below this share of the largest are not seen by them.
 const UNSEEN: f64 = 1e-10;
 
+/// Where rows depend on each other, a displacement step takes the compliance plus this share of its mean diagonal: a
+/// preconditioner that is bounded where the body has nothing to say.
+const BOUNDED: f64 = 0.1;
+
 /// Updates of the active set after which a unilateral step is given up: it is only a guess.
 const UNILATERAL_UPDATES: usize = 60;
 
@@ -103,8 +107,8 @@ impl Condensed {
             return Ok(force);
         }
         if self.step.as_ref().is_none_or(|step| step.active != chosen) {
-            let start = Instant::now();
-            self.step = Some(Step::new(&self.compliance, &self.values.modes, &[], chosen)?);
+            let (start, dependent) = (Instant::now(), self.depend(&chosen));
+            self.step = Some(Step::new(&self.compliance, &self.values.modes, &[], chosen, dependent)?);
             self.cost.add(|c| {
                 c.interface_factorisations += 1;
                 c.interface += start.elapsed().as_secs_f64();
@@ -123,6 +127,15 @@ impl Condensed {
         }
         std::iter::zip(&step.active, r).for_each(|(&i, r)| force[i] = r);
         Ok(force)
+    }
+
+    /// True if there are more rows than nodes that they move.
+    fn depend(&self, rows: &[usize]) -> bool {
+        let mut nodes: Vec<usize> =
+            rows.iter().flat_map(|&i| &self.values.rows[i].terms).map(|(node, _)| *node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.len() < rows.len()
     }
 
     /// The complementarity problem on the chosen rows by a primal-dual active set; `None` if it does not settle.
@@ -146,7 +159,7 @@ impl Condensed {
             if active.is_empty() {
                 return Ok(Some(vec![0.0; n]));
             }
-            let step = Step::new(&self.compliance, modes, &self.values.springs, active.clone())?;
+            let step = Step::new(&self.compliance, modes, &self.values.springs, active.clone(), false)?;
             let mut r: Vec<f64> = active.iter().map(|&i| -gap[i]).collect();
             step.factor.solve(&mut r)?;
             let missing = std::iter::zip(&work, modes)
@@ -190,10 +203,11 @@ impl Step {
         modes: &[Vec<f64>],
         springs: &[Spring],
         active: Vec<usize>,
+        dependent: bool,
     ) -> Result<Step> {
         let factor = compliance
             .principal(&active)
-            .regular_cholesky()
+            .regular_cholesky(if dependent { BOUNDED } else { 0.0 })
             .map_err(|e| Error::internal(format!("the compliance of the contact rows is singular: {e}")))?;
         let on_active: Vec<Vec<f64>> =
             modes.iter().map(|mode| active.iter().map(|&i| mode[i]).collect()).collect();

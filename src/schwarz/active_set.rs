@@ -670,7 +670,9 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             };
             let (long, short) = (work(own) / work(other), self.rows[i].compliance_ratio);
             let alike = |c: f64| (1.0 / ALIKE..=ALIKE).contains(&c);
-            let multiplier_leads = long * short >= FEW_LONG_WAVES || !long.is_finite();
+            // A body that cannot follow all rows leads only if it is softer by far.
+            let coarse = if self.rows[i].mortar_is_coarse { 0.1 } else { 1.0 };
+            let multiplier_leads = long * short >= coarse * FEW_LONG_WAVES || !long.is_finite();
             self.share[i] = match multiplier_leads {
                 _ if self.rows[i].in_chain && alike(long) && alike(short) => 0.5,
                 true => 1.0,
