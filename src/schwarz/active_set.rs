@@ -161,7 +161,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         }
         let guess = match warm {
             Some(warm) if self.largest(warm) > 0.0 => {
-                // Springs start from rest.
+                // Where the springs' forces are not known they start from rest.
                 let mut warm = warm.to_vec();
                 warm.resize(self.coupling.n, 0.0);
                 warm

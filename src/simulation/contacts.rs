@@ -22,7 +22,7 @@ pub(super) struct Contacts {
     pub pairs: Vec<Option<Pair>>,
     pub shares: Shares,
     held: Vec<[Vec<bool>; 2]>,
-    /// Row forces of the last step, by row.
+    /// Row forces of the last step, by row, and those of springs if they are known.
     warm: Option<Vec<f64>>,
 }
 
@@ -271,7 +271,7 @@ impl Contacts {
         }
         let (force, alpha, active) = (driver.force.clone(), driver.alpha.clone(), driver.active.clone());
         let ranges = driver.coupling.ranges.clone();
-        self.warm = Some(force[..driver.coupling.n_rows].to_vec());
+        self.warm = Some(force.clone());
         // Mortar ends learn the row forces.
         let out: Vec<Vec<f64>> = ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
         let received = exchange.swap(&out);
