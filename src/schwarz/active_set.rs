@@ -39,9 +39,6 @@ const WORTHLESS: f64 = 1e-6;
 /// least that round-off can leave: the round-off of a body's answer grows with its condition.
 const PATIENCE: [(usize, f64); 2] = [(12, 1e4), (48, 1e6)];
 
-/// Residual of the first guess, relative, up to which the leading bodies alone are a good model of the pairs.
-const MODEL: f64 = 1e-2;
-
 /// Product of the compliance ratios against long and short waves from which the body that is softer against short waves
 /// leads: 1 would balance the condition numbers, but the long waves are few, and conjugate gradients remove a few
 /// outliers one by one.
@@ -87,7 +84,7 @@ pub struct ActiveSet<'c, 'a, B> {
     pub flipped: Vec<usize>,
     /// The residual that round-off leaves, if that is more than the tolerance.
     pub round_off: Option<f64>,
-    g_free: Vec<f64>,
+    pub(super) g_free: Vec<f64>,
     recorder: Recorder,
     threshold: f64,
     /// The residual at which the last linear solve ended, relative.
@@ -172,80 +169,6 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let guess = self.improved_guess(guess, &mut progress)?;
         let reason = self.iterate(guess, &start, &mut progress)?;
         Ok(Ok(self.outcome(reason)))
-    }
-
-    /// Each pair's softer body pressed against the other one held fast. Where the two are alike up to a factor, as
-    /// bodies that only dent are, the set of active rows is that of the solution. Rows whose body has no answer keep
-    /// the springs' forces.
-    fn one_sided_guess(&mut self, start: &[f64]) -> Result<Vec<f64>> {
-        for (share, rows) in std::iter::zip(&mut self.share, self.rows) {
-            let mortar_is_softer = rows.compliance_ratio < 1.0 && !rows.mortar_is_coarse;
-            *share = if mortar_is_softer { 0.0 } else { 1.0 };
-        }
-        // The leading body finds its own soft modes' amplitudes; those of the other one are at rest.
-        let at_rest = self.coarse.sprung(&self.coarse.work);
-        let rigid: Vec<f64> = std::iter::zip(&self.alpha, &self.coarse.stiffness)
-            .map(|(alpha, k)| if *k > 0.0 { 0.0 } else { *alpha })
-            .collect();
-        let mut gap: Vec<f64> =
-            (0..self.coupling.n).map(|j| self.gap[j] - self.coarse.at(j, &rigid)).collect();
-        for (i, _) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
-            let other = usize::from(self.share[i] >= 0.5);
-            self.coupling.ranges[i].clone().for_each(|j| gap[j] -= self.coarse.at_side(j, other, &at_rest));
-        }
-        let mut guess = self.coupling.unilateral_step(&gap, start, &self.share)?;
-        std::iter::zip(&mut guess, start).filter(|(g, _)| g.is_nan()).for_each(|(g, s)| *g = *s);
-        if self.largest(&guess) == 0.0 {
-            guess = start.to_vec();
-        }
-        Ok(guess)
-    }
-
-    /// Where the first guess shows that F is nearly theta times the compliance C of the leading bodies, one more unilateral
-    /// step with that model, C R' + (g / theta - C R) >= 0, corrects the set before anything is solved on it.
-    fn improved_guess(
-        &mut self,
-        guess: Vec<f64>,
-        progress: &mut impl FnMut(&HistoryRow),
-    ) -> Result<Vec<f64>> {
-        let projector = self.coarse.projector(self.coupling.exchange, &self.active);
-        let responses = self.evaluate(guess, &projector, progress)?;
-        let r = self.residual_vector();
-        let (scale, floor) = self.scales();
-        let size = self.coupling.dot(&r, &r).sqrt();
-        let Some([mut own, mut other]) = responses else { return Ok(self.force.clone()) };
-        if size > MODEL * scale || size <= (self.limits.tolerance * scale).max(floor) {
-            return Ok(self.force.clone());
-        }
-        // With what the soft modes give way.
-        let n_rows = self.coupling.n_rows;
-        let pushed = |j: usize| if j < n_rows { self.force[j] } else { 0.0 };
-        let sprung = self.coarse.sprung(&self.coarse.restrict(self.coupling.exchange, pushed));
-        let at_rest = self.coarse.sprung(&self.coarse.work);
-        for j in 0..n_rows {
-            own[j] += self.coarse.at_side(j, 0, &sprung);
-            other[j] += self.coarse.at_side(j, 1, &sprung);
-        }
-        let mut model = vec![0.0; self.coupling.n];
-        for (i, _) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
-            let range = self.coupling.ranges[i].clone();
-            let side = usize::from(self.share[i] < 0.5);
-            let leading = [&own, &other][side];
-            let work = |w: &[f64]| -> f64 { range.clone().map(|j| self.force[j] * w[j]).sum() };
-            let theta = (work(&own) + work(&other)) / work(leading);
-            let theta = if theta.is_finite() && theta > 0.0 { theta } else { 1.0 };
-            range.for_each(|j| {
-                model[j] = self.gap_at(j) / theta - leading[j] + self.coarse.at_side(j, side, &at_rest)
-            });
-        }
-        let mut better = self.coupling.unilateral_step(&model, &self.force, &self.share)?;
-        if self.coupling.exchange.max(&[f64::from(u8::from(better.iter().any(|f| f.is_nan())))])[0] > 0.0
-            || self.largest(&better) == 0.0
-        {
-            better = self.force.clone();
-        }
-        self.active = self.compressed(&better);
-        Ok(better)
     }
 
     fn outcome(&mut self, reason: Reason) -> Outcome {
@@ -402,7 +325,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
 
     /// Forces cut down to the active set and brought into equilibrium, and the gaps under them; what they push the
     /// multiplier and the mortar sides inwards, m, if that took a force step.
-    fn evaluate(
+    pub(super) fn evaluate(
         &mut self,
         mut force: Vec<f64>,
         projector: &Projector,
@@ -428,34 +351,6 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         self.update_alpha(projector);
         self.record(0, progress);
         Ok(Some([own, other]))
-    }
-
-    /// A guess of the contact forces has the right shape; its size minimises the energy along it. The springs follow.
-    fn resize(&self, force: &mut [f64], own: &mut [f64], other: &mut [f64]) {
-        let (coarse, n_rows) = (self.coarse, self.coupling.n_rows);
-        let pushed = coarse.restrict(self.coupling.exchange, |j| if j < n_rows { force[j] } else { 0.0 });
-        let mut sums = [0.0; 2];
-        for j in 0..n_rows {
-            sums[0] += force[j] * (own[j] + other[j]);
-            sums[1] -= force[j] * self.g_free[j];
-        }
-        let [mut work, mut driven] = [sums[0], sums[1]];
-        let sums = self.coupling.exchange.sum(&[work, driven]);
-        (work, driven) = (sums[0], sums[1]);
-        for (k, stiffness) in coarse.stiffness.iter().enumerate() {
-            work += pushed[k] * pushed[k] / stiffness;
-            driven += pushed[k] * coarse.work[k] / stiffness;
-        }
-        let size = driven / work;
-        let size = if work > 0.0 && size.is_finite() && size > 0.0 { size } else { 1.0 };
-        for v in [&mut *force, &mut *own, &mut *other] {
-            v[..n_rows].iter_mut().for_each(|v| *v *= size);
-        }
-        let pushed: Vec<f64> = pushed.iter().map(|p| size * p).collect();
-        let springs = coarse.spring_forces(&pushed);
-        for ((s, j), (_, spring)) in springs.into_iter().zip(n_rows..).zip(&self.coupling.springs) {
-            (force[j], own[j]) = (s, s / spring.stiffness);
-        }
     }
 
     /// Adds Q Z W (e - Z'R) on the active rows: the least change, in local elastic energy, that restores equilibrium.
@@ -574,7 +469,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     }
 
     /// -(g - Z alpha) on the active rows, m.
-    fn residual_vector(&self) -> Vec<f64> {
+    pub(super) fn residual_vector(&self) -> Vec<f64> {
         (0..self.coupling.n).map(|j| if self.active[j] { -self.gap_at(j) } else { 0.0 }).collect()
     }
 
@@ -584,11 +479,11 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     }
 
     /// Norm of the elastic approach at the active rows, and of what round-off leaves of it, m.
-    fn scales(&self) -> (f64, f64) {
+    pub(super) fn scales(&self) -> (f64, f64) {
         let mut sums = [0.0; 3];
-        let held = self.coarse.all_are_sprung();
+        let (held, sprung) = (self.coarse.all_are_sprung(), self.sprung_change());
         for j in (0..self.coupling.n).filter(|&j| self.active[j]) {
-            let elastic = self.gap[j] - self.g_free[j];
+            let elastic = self.gap[j] - self.g_free[j] - self.coarse.at(j, &sprung);
             let local = self.force[j] / self.coarse.scaling(j);
             let rigid = self.coarse.at(j, &self.alpha);
             if j < self.coupling.n_rows {
@@ -602,7 +497,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     }
 
     /// Largest absolute value on the contact rows of all ranks. Collective on the roots.
-    fn largest(&self, v: &[f64]) -> f64 {
+    pub(super) fn largest(&self, v: &[f64]) -> f64 {
         let rows = &v[..self.coupling.n_rows];
         self.coupling.exchange.max(&[rows.iter().fold(0.0, |l: f64, v| l.max(v.abs()))])[0]
     }
@@ -613,18 +508,29 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     }
 
     /// Rows under compression, and the springs.
-    fn compressed(&self, force: &[f64]) -> Vec<bool> {
+    pub(super) fn compressed(&self, force: &[f64]) -> Vec<bool> {
         (0..self.coupling.n).map(|j| j >= self.coupling.n_rows || force[j] > 0.0).collect()
     }
 
-    /// What the contact forces change of gap `j`, but for rigid motions: the elastic approach, m.
-    pub fn elastic_at(&self, j: usize) -> f64 {
-        (self.gap[j] - self.g_free[j]).abs()
+    /// What the contact forces change of the sprung modes' amplitudes; zero of the others.
+    fn sprung_change(&self) -> Vec<f64> {
+        let at_rest = self.coarse.sprung(&self.coarse.work);
+        let change = std::iter::zip(&self.alpha, at_rest).zip(&self.coarse.stiffness);
+        change.map(|((alpha, rest), k)| if *k > 0.0 { alpha - rest } else { 0.0 }).collect()
     }
 
-    /// True if a gap would be negative with all free modes at zero and without contact forces. Collective on the roots.
+    /// What the contact forces change of each gap, but for rigid motions: the elastic approach, m.
+    pub fn elastic_approach(&self) -> Vec<f64> {
+        let sprung = self.sprung_change();
+        let at = |j: usize| (self.gap[j] - self.g_free[j] - self.coarse.at(j, &sprung)).abs();
+        (0..self.coupling.n_rows).map(at).collect()
+    }
+
+    /// True if a gap would be negative with all rigid motions at zero and without contact forces. Collective on the roots.
     pub fn would_penetrate_at_rest(&self) -> bool {
-        let deepest = self.g_free.iter().fold(0.0, |deepest: f64, g| deepest.max(-g));
+        let at_rest = self.coarse.sprung(&self.coarse.work);
+        let gap = |j: usize| self.g_free[j] - self.coarse.at(j, &at_rest);
+        let deepest = (0..self.coupling.n_rows).fold(0.0, |deepest: f64, j| deepest.max(-gap(j)));
         self.coupling.exchange.max(&[deepest])[0] > self.gap_threshold()
     }
 
@@ -632,8 +538,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     pub fn gap_threshold(&self) -> f64 {
         let mut largest = [0.0_f64; 2];
         let held = self.coarse.all_are_sprung();
-        for j in 0..self.coupling.n_rows {
-            let elastic = (self.gap[j] - self.g_free[j]).abs();
+        for (j, elastic) in self.elastic_approach().into_iter().enumerate() {
             let local = (self.force[j] / self.coarse.scaling(j)).abs();
             largest[0] = largest[0].max(local).max(if held { elastic } else { 0.0 });
             if self.active[j] {

@@ -10,6 +10,7 @@ mod active_set_tests;
 pub mod alternation;
 mod coarse;
 mod coupling;
+mod guess;
 mod record;
 mod respond;
 mod side;

@@ -242,7 +242,7 @@ impl Contacts {
             return Err(unrestrained(task, &coarse, &motion));
         }
         let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
-        let elastic: Vec<f64> = (0..driver.coupling.n).map(|j| driver.elastic_at(j)).collect();
+        let elastic = driver.elastic_approach();
         let threshold = driver.gap_threshold();
         let mut found = Found::none();
         found.reason = if n_pairs == 0 { Reason::NoContact } else { outcome.reason };
