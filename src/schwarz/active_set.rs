@@ -481,7 +481,8 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// Norm of the elastic approach at the active rows, and of what round-off leaves of it, m.
     pub(super) fn scales(&self) -> (f64, f64) {
         let mut sums = [0.0; 3];
-        let (held, sprung) = (self.coarse.all_are_sprung(), self.sprung_change());
+        // Of soft modes it is the motion that there is: without contact it may be out of all proportion.
+        let (held, sprung) = (self.coarse.all_are_sprung(), self.sprung());
         for j in (0..self.coupling.n).filter(|&j| self.active[j]) {
             let elastic = self.gap[j] - self.g_free[j] - self.coarse.at(j, &sprung);
             let local = self.force[j] / self.coarse.scaling(j);
@@ -512,17 +513,18 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         (0..self.coupling.n).map(|j| j >= self.coupling.n_rows || force[j] > 0.0).collect()
     }
 
-    /// What the contact forces change of the sprung modes' amplitudes; zero of the others.
-    fn sprung_change(&self) -> Vec<f64> {
-        let at_rest = self.coarse.sprung(&self.coarse.work);
-        let change = std::iter::zip(&self.alpha, at_rest).zip(&self.coarse.stiffness);
-        change.map(|((alpha, rest), k)| if *k > 0.0 { alpha - rest } else { 0.0 }).collect()
+    /// Amplitudes of the sprung modes; zero for the others.
+    fn sprung(&self) -> Vec<f64> {
+        let sprung = |(alpha, k): (&f64, &f64)| if *k > 0.0 { *alpha } else { 0.0 };
+        std::iter::zip(&self.alpha, &self.coarse.stiffness).map(sprung).collect()
     }
 
     /// What the contact forces change of each gap, but for rigid motions: the elastic approach, m.
     pub fn elastic_approach(&self) -> Vec<f64> {
-        let sprung = self.sprung_change();
-        let at = |j: usize| (self.gap[j] - self.g_free[j] - self.coarse.at(j, &sprung)).abs();
+        let at_rest = self.coarse.sprung(&self.coarse.work);
+        let change: Vec<f64> =
+            std::iter::zip(self.sprung(), at_rest).map(|(alpha, rest)| alpha - rest).collect();
+        let at = |j: usize| (self.gap[j] - self.g_free[j] - self.coarse.at(j, &change)).abs();
         (0..self.coupling.n_rows).map(at).collect()
     }
 
@@ -537,8 +539,9 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// Penetration below this is none, m.
     pub fn gap_threshold(&self) -> f64 {
         let mut largest = [0.0_f64; 2];
-        let held = self.coarse.all_are_sprung();
-        for (j, elastic) in self.elastic_approach().into_iter().enumerate() {
+        let (held, sprung) = (self.coarse.all_are_sprung(), self.sprung());
+        for j in 0..self.coupling.n_rows {
+            let elastic = (self.gap[j] - self.g_free[j] - self.coarse.at(j, &sprung)).abs();
             let local = (self.force[j] / self.coarse.scaling(j)).abs();
             largest[0] = largest[0].max(local).max(if held { elastic } else { 0.0 });
             if self.active[j] {
