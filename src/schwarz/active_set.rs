@@ -39,8 +39,9 @@ const WORTHLESS: f64 = 1e-6;
 /// least that round-off can leave: the round-off of a body's answer grows with its condition.
 const PATIENCE: [(usize, f64); 2] = [(12, 1e4), (48, 1e6)];
 
-/// Iterations that a residual below the tolerance may rest before the forces are as good as round-off lets them be.
-const SMALL_PATIENCE: usize = 4;
+/// Iterations with a residual below the tolerance after which the forces, whose error is watched, too, are as good as
+/// round-off lets them be.
+const SMALL_PATIENCE: usize = 3;
 
 /// Product of the compliance ratios against long and short waves from which the body that is softer against short waves
 /// leads: 1 would balance the condition numbers, but the long waves are few, and conjugate gradients remove a few
@@ -394,7 +395,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         self.update_alpha(projector);
         let mut r = self.residual_vector();
         let mut direction: Option<(Vec<f64>, Vec<f64>, f64)> = None;
-        let mut best = (f64::INFINITY, 0);
+        let (mut best, mut small_for) = ((f64::INFINITY, 0), 0);
         let early = tolerance > self.limits.tolerance;
         for iteration in 0.. {
             let size = self.coupling.dot(&r, &r).sqrt();
@@ -408,13 +409,13 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             if small && early || size == 0.0 {
                 return Ok(Inner::Done);
             }
-            // Where only the forces' error is in question, a residual has to halve.
-            if size < if small { 0.5 } else { 0.9 } * best.0 {
+            if size < 0.9 * best.0 {
                 best = (size, iteration);
             }
+            small_for = if small { small_for + 1 } else { 0 };
             let waited = iteration - best.1;
             let rests = |(patience, much): (usize, f64)| waited > patience && size <= much * floor;
-            if size <= floor || small && waited > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
+            if size <= floor || small_for > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
                 return Ok(Inner::RoundOff);
             }
             if self.recorder.count() >= self.limits.max_alternations {
