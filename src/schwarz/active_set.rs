@@ -39,9 +39,9 @@ const WORTHLESS: f64 = 1e-6;
 /// least that round-off can leave: the round-off of a body's answer grows with its condition.
 const PATIENCE: [(usize, f64); 2] = [(12, 1e4), (48, 1e6)];
 
-/// Iterations with a residual below the tolerance after which the forces, whose error is watched, too, are as good as
+/// Iterations that a residual below the tolerance may rest before the forces, whose error is watched, too, are as good as
 /// round-off lets them be.
-const SMALL_PATIENCE: usize = 3;
+const SMALL_PATIENCE: usize = 4;
 
 /// Product of the compliance ratios against long and short waves from which the body that is softer against short waves
 /// leads: 1 would balance the condition numbers, but the long waves are few, and conjugate gradients remove a few
@@ -395,11 +395,11 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         self.update_alpha(projector);
         let mut r = self.residual_vector();
         let mut direction: Option<(Vec<f64>, Vec<f64>, f64)> = None;
-        let (mut best, mut small_for) = ((f64::INFINITY, 0), 0);
+        let mut best = (f64::INFINITY, 0);
         let early = tolerance > self.limits.tolerance;
         for iteration in 0.. {
-            let size = self.coupling.dot(&r, &r).sqrt();
             let (scale, floor) = self.scales();
+            let size = self.size(&r, scale);
             self.residual = if scale > 0.0 { size / scale } else { 0.0 };
             let mut small = size <= scale * if early { tolerance } else { self.limits.tolerance };
             if small && !early {
@@ -412,10 +412,9 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             if size < 0.9 * best.0 {
                 best = (size, iteration);
             }
-            small_for = if small { small_for + 1 } else { 0 };
             let waited = iteration - best.1;
             let rests = |(patience, much): (usize, f64)| waited > patience && size <= much * floor;
-            if size <= floor || small_for > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
+            if size <= floor || small && waited > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
                 return Ok(Inner::RoundOff);
             }
             if self.recorder.count() >= self.limits.max_alternations {
@@ -499,6 +498,24 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         }
         let sums = self.coupling.exchange.sum(&sums);
         (sums[0].max(sums[1]).sqrt(), ROUND_OFF * sums[2].sqrt())
+    }
+
+    /// Norm of a residual on the contact rows, or that on the springs if it is larger, measured by their own travel, m.
+    fn size(&self, r: &[f64], scale: f64) -> f64 {
+        let mut sums = [0.0; 3];
+        for (j, r) in r.iter().enumerate() {
+            if j < self.coupling.n_rows {
+                sums[0] += r * r;
+            } else {
+                sums[1] += r * r;
+                sums[2] += self.coarse.at(j, &self.alpha).powi(2);
+            }
+        }
+        let [rows, springs, travel] = match self.coupling.exchange.sum(&sums)[..] {
+            [a, b, c] => [a, b, c].map(f64::sqrt),
+            _ => [0.0; 3],
+        };
+        rows.max(if travel > scale { springs * scale / travel } else { springs })
     }
 
     /// Largest absolute value on the contact rows of all ranks. Collective on the roots.
