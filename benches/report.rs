@@ -11,11 +11,12 @@ use std::{collections::BTreeMap, path::Path};
 const BEGIN: &str = "<!-- bench: written by scripts/bench -->";
 const END: &str = "<!-- bench: end -->";
 
-const PAGES: [(&str, &str); 5] = [
+const PAGES: [(&str, &str); 6] = [
     ("floor", "contact against one linear solve of the glued bodies, both drivers, other solvers of PETSc"),
     ("peers", "CPU time, memory and error against CalculiX and GetFEM on the same meshes"),
     ("scaling", "from 5 000 to a million unknowns, from one rank to two, by the way the bodies answer"),
     ("effects", "one case with each effect alone off and on: instructions, messages, bytes, unknowns"),
+    ("adaptive", "adaptive against uniform refinement of an ungraded Hertz mesh"),
     ("weights", "alternations of the paper's method by weight and stiffness ratio"),
 ];
 

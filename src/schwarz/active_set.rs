@@ -157,6 +157,11 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         };
         self.alpha = alpha;
         if self.largest(&start) == 0.0 {
+            // Nothing touches: soft modes are where the loads alone put them.
+            let at_rest = self.coarse.sprung(&self.coarse.work);
+            for ((alpha, rest), k) in self.alpha.iter_mut().zip(at_rest).zip(&self.coarse.stiffness) {
+                *alpha = if *k > 0.0 { rest } else { *alpha };
+            }
             (self.force, self.active) = (start.clone(), self.compressed(&start));
             return Ok(Ok(self.outcome(Reason::Open)));
         }
@@ -552,9 +557,14 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// True if a gap would be negative with all rigid motions at zero and without contact forces. Collective on the roots.
     pub fn would_penetrate_at_rest(&self) -> bool {
         let at_rest = self.coarse.sprung(&self.coarse.work);
-        let gap = |j: usize| self.g_free[j] - self.coarse.at(j, &at_rest);
-        let deepest = (0..self.coupling.n_rows).fold(0.0, |deepest: f64, j| deepest.max(-gap(j)));
-        self.coupling.exchange.max(&[deepest])[0] > self.gap_threshold()
+        let [mut deepest, mut parts] = [0.0_f64; 2];
+        for j in 0..self.coupling.n_rows {
+            let soft = self.coarse.at(j, &at_rest);
+            deepest = deepest.max(soft - self.g_free[j]);
+            parts = parts.max(soft.abs());
+        }
+        let largest = self.coupling.exchange.max(&[deepest, parts]);
+        largest[0] > self.gap_threshold() + THRESHOLD * largest[1]
     }
 
     /// Penetration below this is none, m.

@@ -92,8 +92,7 @@ pub fn values(summary: &Value, numbers: &[Number]) -> Vec<String> {
     numbers.iter().filter_map(fault).collect()
 }
 
-/// Agreement between numbers of ranks, to 1e-8; alternations, which stop where
-/// round-off lets them, within a fifth or three. Where
+/// Agreement between numbers of ranks, to 1e-8; alternations, which stop where round-off lets them, within a fifth or ten. Where
 /// bodies only touch, forces are round-off and displacements alone are compared; where parts are loose, forces alone.
 pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
     let keys: &[&str] = match (run.outcome.as_str(), run.loose) {
@@ -103,7 +102,7 @@ pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
     };
     let mut ratios = differences(one, other, &Factors::ONE, keys);
     ratios.retain(|r| !run.loose || r.name != "displacement");
-    let least = if run.loose || run.outcome == "touching" { f64::INFINITY } else { 3.0 };
+    let least = if run.loose || run.outcome == "touching" { f64::INFINITY } else { 10.0 };
     named("ranks", ratios, 1e-8_f64.max(run.round_off), least, one, other)
 }
 
@@ -171,6 +170,9 @@ impl Factors {
     const ONE: Factors = Factors { force: 1.0, pressure: 1.0, length: 1.0, displacement: 1.0 };
 }
 
+/// Of coordinates, relative, over the 1e-8 that differences are held to.
+const ROUND_OFF: f64 = 1e-15 / 1e-8;
+
 /// Relative differences of two summaries: each key of the pairs against its largest value among the pairs, the
 /// displacements of the probes against the largest of them.
 fn differences(one: &Value, other: &Value, factors: &Factors, keys: &[&str]) -> Vec<Ratio> {
@@ -191,7 +193,17 @@ fn differences(one: &Value, other: &Value, factors: &Factors, keys: &[&str]) -> 
         let all = items(summary, "probes").iter().flat_map(|probe| components(&probe["displacement"]));
         all.map(|u| factor * u).collect()
     };
-    ratios.push(relative("displacement", &probes(one, factors.displacement), &probes(other, 1.0)));
+    let mut displacement = relative("displacement", &probes(one, factors.displacement), &probes(other, 1.0));
+    // Displacements below the round-off of the coordinates are none.
+    let places = |summary: &Value| -> f64 {
+        largest(items(summary, "probes").iter().flat_map(|probe| components(&probe["x"])))
+    };
+    let travel = largest(probes(one, factors.displacement).into_iter().chain(probes(other, 1.0)));
+    let round_off = ROUND_OFF * places(other);
+    if travel < round_off {
+        displacement.ratio *= travel / round_off;
+    }
+    ratios.push(displacement);
     ratios
 }
 
