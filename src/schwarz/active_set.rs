@@ -30,7 +30,7 @@ const EARLY: f64 = 1e-3;
 const BALANCED: f64 = 1e-12;
 
 /// What is below this share of its parts is round-off.
-const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
 /// A residual that round-off does not let fall below this is no solution, whatever the tolerance.
 const WORTHLESS: f64 = 1e-6;

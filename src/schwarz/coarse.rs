@@ -3,7 +3,7 @@
 //! With Z the outward row displacements of all free modes, alpha their amplitudes and e the work of the loads on them,
 //! the gap is g = g_free + F R - Z alpha and the bodies are in equilibrium if Z' R = e. A spring of stiffness k and lever z
 //! on a mode is one more row, of compliance 1/k and never open: r / k - z alpha = 0, and z r resists the mode.
-use super::{Coupling, Respond};
+use super::{Coupling, Respond, active_set::ROUND_OFF};
 use crate::parallel::Exchange;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -12,6 +12,9 @@ const FREE: f64 = 1e-11;
 
 /// Work of the loads below this, relative to the sum of the absolute works, is none.
 const NO_WORK: f64 = 1e-9;
+
+/// A slope of the rigid start's energy below this, relative to the first, is none.
+const FLAT: f64 = 1e-13;
 
 /// Iterations and bisections of the rigid start; each is a few small reductions.
 const START_ITERATIONS: usize = 200;
@@ -198,8 +201,16 @@ impl Coarse {
         let n = self.n;
         let mut alpha = vec![0.0; n];
         let force = |alpha: &[f64]| -> Vec<f64> {
-            let force = |j: usize| self.scaling[j] * (self.at(j, alpha) - gap[j]);
-            (0..gap.len()).map(|j| if j < self.n_rows { force(j).max(0.0) } else { force(j) }).collect()
+            let force = |j: usize| {
+                let (moved, gap) = (self.at(j, alpha), gap[j]);
+                let touches = (moved - gap).abs() <= ROUND_OFF * moved.abs().max(gap.abs());
+                match j < self.n_rows {
+                    true if touches => 0.0,
+                    true => (self.scaling[j] * (moved - gap)).max(0.0),
+                    false => self.scaling[j] * (moved - gap),
+                }
+            };
+            (0..gap.len()).map(force).collect()
         };
         let mut r = force(&alpha);
         for _ in 0..START_ITERATIONS {
@@ -282,9 +293,11 @@ impl Coarse {
                 false => return None,
             };
         }
+        // Bodies that are pushed apart until they only touch: beyond that the energy is flat, and before it nearly so.
+        let flat = FLAT * slope(0.0)[0].abs();
         let mut low = 0.0;
         let mut doublings = 0;
-        while slope(high)[0] < 0.0 {
+        while slope(high)[0] < -flat {
             (low, high) = (high, 2.0 * high);
             doublings += 1;
             if doublings > 400 {
@@ -295,6 +308,9 @@ impl Coarse {
         let mut t = high;
         for _ in 0..START_ITERATIONS {
             let [value, curvature] = slope(t);
+            if value.abs() <= flat {
+                return Some(t);
+            }
             if value > 0.0 {
                 high = t
             } else {
@@ -302,7 +318,7 @@ impl Coarse {
             }
             let next = if curvature > 0.0 { t - value / curvature } else { 0.5 * (low + high) };
             let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-            if (next - t).abs() <= 1e-14 * high || value == 0.0 {
+            if (next - t).abs() <= 1e-14 * high {
                 return Some(next);
             }
             t = next;

@@ -92,7 +92,7 @@ pub fn values(summary: &Value, numbers: &[Number]) -> Vec<String> {
     numbers.iter().filter_map(fault).collect()
 }
 
-/// Agreement between numbers of ranks, to 1e-8; alternations, which stop where round-off lets them, within a fifth or ten. Where
+/// Agreement between numbers of ranks, to 1e-8; alternations within a fifth or ten, unless round-off ends them. Where
 /// bodies only touch, forces are round-off and displacements alone are compared; where parts are loose, forces alone.
 pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
     let keys: &[&str] = match (run.outcome.as_str(), run.loose) {
@@ -102,8 +102,15 @@ pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
     };
     let mut ratios = differences(one, other, &Factors::ONE, keys);
     ratios.retain(|r| !run.loose || r.name != "displacement");
-    let least = if run.loose || run.outcome == "touching" { f64::INFINITY } else { 10.0 };
+    let any = run.loose || run.outcome == "touching" || [one, other].into_iter().any(ended_by_round_off);
+    let least = if any { f64::INFINITY } else { 10.0 };
     named("ranks", ratios, 1e-8_f64.max(run.round_off), least, one, other)
+}
+
+/// True if the tolerance is below what round-off lets the alternation reach.
+fn ended_by_round_off(summary: &Value) -> bool {
+    let warnings = summary["warnings"].as_array().into_iter().flatten();
+    warnings.filter_map(Value::as_str).any(|text| text.contains("round-off ends the alternation"))
 }
 
 /// Agreement with the sides swapped: forces and displacements to the tolerance, alternations within a fifth.
