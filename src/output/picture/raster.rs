@@ -25,6 +25,13 @@ impl Canvas {
         Canvas { width, height, pixels: vec![[255; 3]; width * height] }
     }
 
+    /// True if a point of the bitmap lies in this box: what lies between the points cannot be seen.
+    pub fn has_points(&self, low: Pixel, high: Pixel) -> bool {
+        let [columns, rows] = [(0, self.width), (1, self.height)]
+            .map(|(k, size)| span(low[k] * FINE as f64, high[k] * FINE as f64, size));
+        !columns.is_empty() && !rows.is_empty()
+    }
+
     /// Fills a triangle, the value linear in it.
     pub fn triangle(&mut self, corners: [Pixel; 3], values: [f64; 3], palette: &Palette) {
         let [a, b, c] = corners.map(|p| p.map(|x| x * FINE as f64));
@@ -46,12 +53,21 @@ impl Canvas {
             let p = [columns.start as f64 + 0.5, row as f64 + 0.5];
             let w = [cross(b, c, p) / area, cross(c, a, p) / area, cross(a, b, p) / area];
             let value = w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
-            let pixels = &mut self.pixels[row * self.width..][columns.clone()];
-            for (t, pixel) in pixels.iter_mut().enumerate() {
-                let t = t as f64;
-                // A little more than the triangle: no gap between neighbours.
-                if (0..3).all(|k| w[k] + t * dw[k] >= -1e-9) {
-                    *pixel = palette.colour(value + t * dvalue);
+            // A little more than the triangle: no gap between neighbours.
+            let (mut first, mut last) = (0.0f64, (columns.len() - 1) as f64);
+            for (w, dw) in std::iter::zip(w, dw) {
+                let end = (-1e-9 - w) / dw;
+                match dw {
+                    _ if dw > 0.0 => first = first.max(end.ceil()),
+                    _ if dw < 0.0 => last = last.min(end.floor()),
+                    _ if w < -1e-9 => last = -1.0,
+                    _ => {}
+                }
+            }
+            if first <= last {
+                let pixels = &mut self.pixels[row * self.width + columns.start..];
+                for (t, pixel) in (first as usize..).zip(&mut pixels[first as usize..=last as usize]) {
+                    *pixel = palette.colour(value + t as f64 * dvalue);
                 }
             }
         }
@@ -157,10 +173,10 @@ fn cross(a: Pixel, b: Pixel, c: Pixel) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Pixels whose centres can lie between two coordinates.
+/// Pixels whose centres lie between two coordinates, or on them to round-off.
 fn span(low: f64, high: f64, size: usize) -> std::ops::Range<usize> {
-    let last = (high + 0.5).clamp(0.0, size as f64) as usize;
-    (low - 0.5).clamp(0.0, last as f64) as usize..last
+    let last = (high + 0.5 + 1e-6).clamp(0.0, size as f64) as usize;
+    (low - 0.5 - 1e-6).ceil().clamp(0.0, last as f64) as usize..last
 }
 
 fn mix(old: u8, new: u8, opacity: f64) -> u8 {
@@ -187,6 +203,15 @@ mod tests {
         assert_eq!(rgb.len(), 600);
         assert_eq!(rgb[..3], SCALE.colour(1.0));
         assert_eq!(rgb[57..60], [255; 3]);
+    }
+
+    #[test]
+    fn what_lies_between_the_points_cannot_be_seen() {
+        let canvas = Canvas::new(2, 2);
+        let third = 1.0 / FINE as f64;
+        assert!(canvas.has_points([0.4 * third; 2], [0.6 * third; 2]));
+        assert!(!canvas.has_points([0.6 * third, 0.0], [1.4 * third, 2.0]));
+        assert!(!canvas.has_points([2.0; 2], [3.0; 2]) && !canvas.has_points([-1.0; 2], [0.0; 2]));
     }
 
     #[test]

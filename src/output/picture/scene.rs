@@ -1,7 +1,7 @@
 //! What the picture of the bodies shows: deformed cells with a stress at each node.
 use super::colour::{ColourScale, Palette};
 use super::outline::{Edge, edges};
-use super::raster::{Canvas, Rgb};
+use super::raster::{Canvas, Pixel, Rgb};
 use super::scale::round_near;
 use super::view::{View, Window};
 use crate::case::StressComponent;
@@ -78,12 +78,17 @@ impl<'a> Scene<'a> {
     pub fn paint(&self, view: &View, magnification: f64, scale: &ColourScale) -> Canvas {
         let mut canvas = Canvas::new(view.pixels[0], view.pixels[1]);
         let palette = Palette::new(scale);
-        let at = |node: u32| self.place(node as usize, magnification);
+        let pixels: Vec<Pixel> =
+            (0..self.stress.len()).map(|node| view.pixel(self.place(node, magnification))).collect();
+        let panel = Window { low: [0.0; 2], high: view.pixels.map(|n| n as f64) };
         let mut visible = 0;
         for cell in &self.piece.cells {
-            if view.window.sees(cell.nodes().iter().map(|&node| at(node))) {
+            let around = Window::around(cell.nodes().iter().map(|&node| pixels[node as usize]));
+            if around.overlaps(&panel) {
                 visible += 1;
-                self.paint_cell(&mut canvas, view, magnification, &palette, cell);
+                if canvas.has_points(around.low, around.high) {
+                    self.paint_cell(&mut canvas, &pixels, &palette, cell);
+                }
             }
         }
         if visible < EDGES_BELOW {
@@ -106,13 +111,11 @@ impl<'a> Scene<'a> {
     fn paint_cell(
         &self,
         canvas: &mut Canvas,
-        view: &View,
-        magnification: f64,
+        pixels: &[Pixel],
         palette: &Palette,
         cell: &crate::mesh::Cell,
     ) {
-        let corner =
-            |node: u32| (view.pixel(self.place(node as usize, magnification)), self.stress[node as usize]);
+        let corner = |node: u32| (pixels[node as usize], self.stress[node as usize]);
         let rim: Vec<_> = cell
             .kind
             .facets()

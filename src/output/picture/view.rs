@@ -55,8 +55,12 @@ impl Window {
 
     /// True if a box around these points overlaps the window.
     pub fn sees(&self, points: impl Iterator<Item = [f64; 2]>) -> bool {
-        let around = Window::around(points);
-        (0..2).all(|k| around.low[k] <= self.high[k] && around.high[k] >= self.low[k])
+        Window::around(points).overlaps(self)
+    }
+
+    /// True if they have a point in common.
+    pub fn overlaps(&self, other: &Window) -> bool {
+        (0..2).all(|k| self.low[k] <= other.high[k] && self.high[k] >= other.low[k])
     }
 }
 
