@@ -4,37 +4,18 @@ use kontakt::{
     case::{self, Case, Origin},
     contact::Surface,
     mesh::Mesh,
-    petsc::Session,
     schwarz::{Respond, RespondAtNodes},
     simulation::build_mesh,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
+use ranks::on_ranks;
 use std::path::Path;
 
 mod common;
+#[path = "common/ranks.rs"]
+mod ranks;
 
-/// Runs `body` on 1, 2 and 3 ranks of this executable.
-fn on_ranks(name: &str, body: fn(&SimpleCommunicator)) {
-    if std::env::var_os("KONTAKT_TEST_CHILD").is_some() {
-        let universe = mpi::initialize().unwrap();
-        let session = Session::start().unwrap();
-        // A panic on one rank would leave the others waiting: end all of them.
-        let run = || body(&universe.world());
-        if std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err() {
-            universe.world().abort(1);
-        }
-        drop(session);
-        return;
-    }
-    for ranks in [1, 2, 3] {
-        let mut command = common::mpirun(ranks);
-        command.arg(std::env::current_exe().unwrap());
-        command.args(["--exact", name, "--nocapture", "--test-threads=1"]).env("KONTAKT_TEST_CHILD", "1");
-        let out = command.output().unwrap();
-        let [stdout, stderr] = [&out.stdout, &out.stderr].map(|text| String::from_utf8_lossy(text));
-        assert!(out.status.success(), "{ranks} ranks:\n{stdout}\n{stderr}");
-    }
-}
+const RANKS: [usize; 3] = [1, 2, 3];
 
 /// A body of a case, with its mesh.
 struct Scene {
@@ -200,7 +181,7 @@ fn balancing(modes: &[Vec<f64>], work: &[f64]) -> Vec<f64> {
 
 #[test]
 fn condensed_and_solver_agree() {
-    on_ranks("condensed_and_solver_agree", |group| {
+    on_ranks("condensed_and_solver_agree", &RANKS, |group| {
         for scene in scenes() {
             let mut bodies =
                 [ResponseKind::Condensed, ResponseKind::Solver].map(|kind| scene.body(group, kind));
@@ -250,7 +231,7 @@ fn condensed_and_solver_agree() {
 
 #[test]
 fn displacement_steps_invert_force_steps() {
-    on_ranks("displacement_steps_invert_force_steps", |group| {
+    on_ranks("displacement_steps_invert_force_steps", &RANKS, |group| {
         for scene in scenes() {
             for kind in [ResponseKind::Condensed, ResponseKind::Solver] {
                 let mut body = scene.body(group, kind);
@@ -324,7 +305,7 @@ fn mask(v: &[f64], active: &[bool]) -> Vec<f64> {
 /// The displacement step of rows over several nodes: symmetric and semi-definite.
 #[test]
 fn displacement_steps_of_spread_rows_are_symmetric() {
-    on_ranks("displacement_steps_of_spread_rows_are_symmetric", |group| {
+    on_ranks("displacement_steps_of_spread_rows_are_symmetric", &RANKS, |group| {
         for scene in scenes() {
             for kind in [ResponseKind::Condensed, ResponseKind::Solver] {
                 let mut body = scene.body(group, kind);
@@ -349,7 +330,7 @@ fn displacement_steps_of_spread_rows_are_symmetric() {
 /// Forces that balance the loads leave no force on the fixings and no residual, however the body has moved.
 #[test]
 fn fixings_carry_nothing_at_equilibrium() {
-    on_ranks("fixings_carry_nothing_at_equilibrium", |group| {
+    on_ranks("fixings_carry_nothing_at_equilibrium", &RANKS, |group| {
         for scene in scenes().into_iter().filter(|scene| scene.name != "flat") {
             for kind in [ResponseKind::Condensed, ResponseKind::Solver] {
                 let mut body = scene.body(group, kind);
@@ -383,7 +364,7 @@ fn fixings_carry_nothing_at_equilibrium() {
 
 #[test]
 fn loads_supports_and_temperature_superpose() {
-    on_ranks("loads_supports_and_temperature_superpose", |group| {
+    on_ranks("loads_supports_and_temperature_superpose", &RANKS, |group| {
         for scene in scenes() {
             for kind in [ResponseKind::Condensed, ResponseKind::Solver] {
                 let mut body = scene.body(group, kind);
@@ -412,7 +393,7 @@ fn loads_supports_and_temperature_superpose() {
 /// PETSc options of the body reach its factor; a solver of the user's choice is kept, and answers the same.
 #[test]
 fn options_of_the_body_count() {
-    on_ranks("options_of_the_body_count", |group| {
+    on_ranks("options_of_the_body_count", &RANKS, |group| {
         let scenes = scenes();
         let build = |scene: &Scene, kind| {
             let case = &scene.case;
@@ -447,7 +428,7 @@ fn options_of_the_body_count() {
 /// Material data over temperature: the stiffness follows the factor.
 #[test]
 fn a_hotter_step_has_another_stiffness() {
-    on_ranks("a_hotter_step_has_another_stiffness", |group| {
+    on_ranks("a_hotter_step_has_another_stiffness", &RANKS, |group| {
         let text = "material = { young = { temperature = [293, 493], value = [\"200 GPa\", \"100 GPa\"] }, \
                     poisson = 0.3, expansion = 1e-5, reference_temperature = 293 }\n\
                     mesh.rectangle = { x = { from = 0, to = 2, cells = 5 }, y = { from = 0, to = 1, cells = 4 } }\n\
@@ -489,7 +470,7 @@ fn a_hotter_step_has_another_stiffness() {
 /// The paper's alternation sees the same body.
 #[test]
 fn condensed_bodies_answer_at_nodes() {
-    on_ranks("condensed_bodies_answer_at_nodes", |group| {
+    on_ranks("condensed_bodies_answer_at_nodes", &RANKS, |group| {
         let scenes = scenes();
         let scene = scenes.iter().find(|scene| scene.name == "ring").unwrap();
         let mut body = scene.body(group, ResponseKind::Condensed);

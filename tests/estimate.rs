@@ -2,8 +2,11 @@
 //!
 //! One process, one rank: a single test function, since MPI and PETSc start once.
 mod common;
+#[path = "common/hertz.rs"]
+mod hertz;
 
 use common::inside::{Runner, point_field};
+use hertz::{A, P0, cylinders, on_plane};
 use kontakt::{
     case::{Case, Tolerance},
     element::{PointGeometry, PointLaw, SolidElement, load_rule},
@@ -15,50 +18,6 @@ use kontakt::{
 
 /// In the plane (11, 22, 12), Pa.
 type Plane = [f64; 3];
-
-/// Half-width, m, and peak pressure, Pa, of two equal steel cylinders of 50 mm under 1e6 N/m.
-const A: f64 = 5.252319e-4;
-const P0: f64 = 1.212074e9;
-const RADIUS: f64 = 0.05;
-const APPROACH: f64 = 1.501341e-5;
-
-/// A half disc with `k` elements per half-width; cells far away of about `far` degrees.
-fn half_disc(name: &str, element: &str, k: f64, far: f64, up: bool) -> String {
-    let size = (A / RADIUS).to_degrees() / k;
-    let half = size * (1.25 * k).ceil().max(2.0);
-    let (arc, y) = if up { ("up", -RADIUS) } else { ("down", RADIUS) };
-    let depth = size.to_radians();
-    format!(
-        "[[body]]\nname = \"{name}\"\nmaterial = \"steel\"\nelement = \"{element}\"\n\
-         mesh.half_disc = {{ center = [0, {y}], radius = {RADIUS}, arc = \"{arc}\", \
-         angle = {{ at = [-45, {}, 0, {half}, 45], size = [{far}, {size}, {size}, {size}, {far}] }}, \
-         depth = {{ at = [0, {}, 0.6], size = [{depth}, {depth}, {}] }}, core = {} }}\n\
-         support = [{{ surface = \"flat\", y = {:e} }}, {{ point = [0, {y}], x = 0 }}]\n",
-        -half,
-        (2.0 * depth).max(0.01),
-        0.02 * far,
-        (24.0 / far).round(),
-        y.signum() * -APPROACH,
-    )
-}
-
-fn heading(with: &str) -> String {
-    format!(
-        "analysis = \"plane strain\"\nalternation.tolerance = 1e-10\nmaterial.steel = {{ young = 2.1e11, poisson = 0.3 }}\n\
-         contact = [{{ name = \"c\", surfaces = [\"upper.arc\", \"{with}\"] }}]\n"
-    )
-}
-
-fn on_plane(element: &str, k: f64, far: f64) -> String {
-    let plane = "[[body]]\nname = \"plane\"\nrigid.plane = { through = [0, 0], normal = [0, 1] }\n";
-    heading("plane.surface") + &half_disc("upper", element, k, far, false) + plane
-}
-
-fn cylinders(element: &str, k: [f64; 2], far: f64) -> String {
-    heading("lower.arc")
-        + &half_disc("upper", element, k[0], far, false)
-        + &half_disc("lower", element, k[1], far, true)
-}
 
 /// A run with the displacements and laws that its stresses follow from.
 struct Solved {
@@ -215,7 +174,7 @@ fn coarse_hertz(runner: &Runner) {
 /// Two cylinders on meshes that do not match, one five times as stiff, against a very fine mesh: the force is not known
 /// closely enough from theory.
 fn cylinders_that_do_not_match(runner: &Runner) {
-    let fine = Solved::new(runner, &unequal_cylinders("quad8", [32.0, 24.0], 0.7));
+    let fine = Solved::new(runner, &cylinders("quad8", [32.0, 24.0], 0.7, 5.0));
     let side = fine.multipliers();
     let mut nodes: Vec<(f64, f64)> =
         std::iter::zip(&side.x, &side.pressure).map(|(x, p)| (x[0], *p)).collect();
@@ -233,16 +192,11 @@ fn cylinders_that_do_not_match(runner: &Runner) {
         ("tri6", [8.0, 6.0]),
         ("tri6", [4.0, 5.0]),
     ] {
-        let run = Solved::new(runner, &unequal_cylinders(element, k, 2.0));
+        let run = Solved::new(runner, &cylinders(element, k, 2.0, 5.0));
         let measured = run.pressure_error(exact, peak);
         let estimated = run.summary.error_estimate.contact_pressure.expect("contact");
         Pair { estimated, measured }.holds(&format!("{element} {k:?}: pressure of two cylinders"));
     }
-}
-
-fn unequal_cylinders(element: &str, k: [f64; 2], far: f64) -> String {
-    cylinders(element, k, far).replacen("material = \"steel\"", "material = \"hard\"", 1)
-        + "[material.hard]\nyoung = 1.05e12\npoisson = 0.3\n"
 }
 
 /// Two rings (Lame), on meshes that match and that do not.
@@ -329,8 +283,8 @@ fn the_tolerance_follows(runner: &Runner) {
     let (mut loose, mut tight) = (0, 0);
     for text in [
         on_plane("quad4", 8.0, 3.0),
-        unequal_cylinders("quad8", [8.0, 6.0], 3.0),
-        cylinders("tri6", [4.0, 5.0], 4.0),
+        cylinders("quad8", [8.0, 6.0], 3.0, 5.0),
+        cylinders("tri6", [4.0, 5.0], 4.0, 1.0),
     ] {
         let mut case = runner.parse(&text);
         case.alternation.tolerance = Tolerance::Automatic;

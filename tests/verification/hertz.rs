@@ -1,57 +1,15 @@
 //! Hertz line contact: cylinders of R = 50 mm, half approach 1.501341e-5 m, plane strain.
+use super::scenes::{A, P0, cylinders, on_plane};
 use super::{close, multipliers, near, pressure_at, solve_all, value};
 use kontakt::output::Results;
 use serde_json::Value;
 
-/// Half-width, m, and peak pressure, Pa, of two equal steel cylinders under 1e6 N/m.
-const A: f64 = 5.252319e-4;
-const P0: f64 = 1.212074e9;
-const RADIUS: f64 = 0.05;
-const APPROACH: f64 = 1.501341e-5;
-
-/// A half disc with `k` elements per half-width; cells far away of about `far` degrees.
-fn half_disc(name: &str, element: &str, k: f64, far: f64, up: bool) -> String {
-    // A node on the axis, and one at the edge of the contact.
-    let size = (A / RADIUS).to_degrees() / k;
-    let half = size * (1.25 * k).ceil().max(2.0);
-    let (arc, y) = if up { ("up", -RADIUS) } else { ("down", RADIUS) };
-    let depth = size.to_radians();
-    format!(
-        "[[body]]\nname = \"{name}\"\nmaterial = \"{name}\"\nelement = \"{element}\"\n\
-         mesh.half_disc = {{ center = [0, {y}], radius = {RADIUS}, arc = \"{arc}\", \
-         angle = {{ at = [-45, {}, 0, {half}, 45], size = [{far}, {size}, {size}, {size}, {far}] }}, \
-         depth = {{ at = [0, {}, 0.6], size = [{depth}, {depth}, {}] }}, core = {} }}\n\
-         support = [{{ surface = \"flat\", y = {:e} }}, {{ point = [0, {y}], x = 0 }}]\n",
-        -half,
-        (2.0 * depth).max(0.01),
-        0.02 * far,
-        (24.0 / far).round(),
-        y.signum() * -APPROACH,
-    )
-}
-
-fn heading(ratio: f64, with: &str) -> String {
-    format!(
-        "analysis = \"plane strain\"\nalternation.tolerance = 1e-10\n\
-         material.upper = {{ young = {:e}, poisson = 0.3 }}\nmaterial.lower = {{ young = 2.1e11, poisson = 0.3 }}\n\
-         contact = [{{ name = \"c\", surfaces = [\"upper.arc\", \"{with}\"] }}]\n",
-        2.1e11 * ratio
-    )
-}
-
-/// Two cylinders.
 fn two(element: &str, k: [f64; 2], far: f64, ratio: f64) -> (Value, Results) {
-    let text = heading(ratio, "lower.arc")
-        + &half_disc("upper", element, k[0], far, false)
-        + &half_disc("lower", element, k[1], far, true);
-    solve_all(&text, 2, &[])
+    solve_all(&cylinders(element, k, far, ratio), 2, &[])
 }
 
-/// A cylinder on a rigid plane.
-fn on_plane(element: &str, k: f64, far: f64) -> (Value, Results) {
-    let plane = "[[body]]\nname = \"plane\"\nrigid.plane = { through = [0, 0], normal = [0, 1] }\n";
-    let text = heading(1.0, "plane.surface") + &half_disc("upper", element, k, far, false) + plane;
-    solve_all(&text, 2, &[])
+fn one(element: &str, k: f64, far: f64) -> (Value, Results) {
+    solve_all(&on_plane(element, k, far), 2, &[])
 }
 
 /// Errors of force, peak pressure, half-width (in elements) and profile up to 0.8 of the half-width.
@@ -135,7 +93,7 @@ fn coarse_meshes_on_a_rigid_plane() {
     ];
     let mut profiles = Vec::new();
     for (k, force, peak, off) in table {
-        let e = errors(&on_plane("quad8", k, 4.0), k);
+        let e = errors(&one("quad8", k, 4.0), k);
         assert!(e.force.abs() <= force, "{k}: force off by {:.2e}", e.force);
         near(1.0 + e.peak, peak, off, "peak pressure");
         assert!(k < 1.0 || e.width.abs() <= 1.0, "{k}: the half-width is off by {:.2} elements", e.width);
@@ -146,7 +104,7 @@ fn coarse_meshes_on_a_rigid_plane() {
     let found = order(&profiles);
     assert!(found >= 1.5, "profile converges with order {found:.2}: {profiles:?}");
     // Profile at some stations.
-    let (_, results) = on_plane("quad8", 20.0, 4.0);
+    let (_, results) = one("quad8", 20.0, 4.0);
     for (x, p) in
         [(0.0, 1.212074e9), (0.25, 1.173586e9), (0.5, 1.049687e9), (0.75, 8.01711e8), (0.9, 5.28331e8)]
     {

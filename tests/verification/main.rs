@@ -1,6 +1,8 @@
 //! Verification problems with known answers that are not shipped as cases, on 2 ranks unless they say otherwise.
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../common/hertz.rs"]
+mod scenes;
 
 mod beams;
 mod heat;

@@ -108,13 +108,7 @@ impl<'a> Scene<'a> {
     }
 
     /// A fan of triangles about the middle, so that no diagonal is preferred.
-    fn paint_cell(
-        &self,
-        canvas: &mut Canvas,
-        pixels: &[Pixel],
-        palette: &Palette,
-        cell: &crate::mesh::Cell,
-    ) {
+    fn paint_cell(&self, canvas: &mut Canvas, pixels: &[Pixel], palette: &Palette, cell: &crate::mesh::Cell) {
         let corner = |node: u32| (pixels[node as usize], self.stress[node as usize]);
         let rim: Vec<_> = cell
             .kind
