@@ -6,8 +6,10 @@
 //! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
 use super::{
-    Coarse, Coupling, MeshError, Outcome, PairRows, Projector, Reason, Respond, Share,
+    Coarse, Coupling, MeshError, Outcome, PairRows, Reason, Respond, Share,
+    projected_cg::Inner,
     record::{Recorder, State},
+    scales::{ROUND_OFF, THRESHOLD},
 };
 use crate::{error::Result, output::HistoryRow};
 use std::{
@@ -15,33 +17,14 @@ use std::{
     hash::{DefaultHasher, Hash, Hasher},
 };
 
-/// Smallest thresholds of tension and penetration, relative to the largest force and the elastic approach: with exact
-/// zeros a gap that just closes lets nodes flip in round-off for ever. They grow tenfold, up to the tolerance, when a
-/// set returns.
-const THRESHOLD: f64 = 1e-11;
-
 /// Thresholds grow no further than this, however loose the tolerance: a set is right or wrong whatever the mesh error.
 const LARGEST_THRESHOLD: f64 = 1e-8;
 
 /// Tolerance of the linear systems while the active set still changes.
 const EARLY: f64 = 1e-3;
 
-/// Imbalance of the forces, relative to the sum of the absolute works, that is round-off.
-const BALANCED: f64 = 1e-12;
-
-/// What is below this share of its parts is round-off.
-pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
-
 /// A residual that round-off does not let fall below this is no solution, whatever the tolerance.
 const WORTHLESS: f64 = 1e-6;
-
-/// Iterations without a smaller residual after which round-off is taken to have been reached, and up to how many times the
-/// least that round-off can leave: the round-off of a body's answer grows with its condition.
-const PATIENCE: [(usize, f64); 2] = [(12, 1e4), (48, 1e6)];
-
-/// Iterations that a residual below the tolerance may rest before the forces, whose error is watched, too, are as good as
-/// round-off lets them be.
-const SMALL_PATIENCE: usize = 4;
 
 /// Product of the compliance ratios against long and short waves from which the body that is softer against short waves
 /// leads: 1 would balance the condition numbers, but the long waves are few, and conjugate gradients remove a few
@@ -89,18 +72,10 @@ pub struct ActiveSet<'c, 'a, B> {
     /// The residual that round-off leaves, if that is more than the tolerance.
     pub round_off: Option<f64>,
     pub(super) g_free: Vec<f64>,
-    recorder: Recorder,
-    threshold: f64,
+    pub(super) recorder: Recorder,
+    pub(super) threshold: f64,
     /// The residual at which the last linear solve ended, relative.
-    residual: f64,
-}
-
-/// How a linear solve on the active set ended.
-#[derive(PartialEq, Eq)]
-enum Inner {
-    Done,
-    RoundOff,
-    Limit,
+    pub(super) residual: f64,
 }
 
 impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
@@ -320,288 +295,11 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         Ok(std::iter::zip(own, other).map(|(a, b)| a + b).collect())
     }
 
-    /// Solves on the active set, starting from `force` cut down to it and brought into equilibrium.
-    fn solve(
-        &mut self,
-        force: Vec<f64>,
-        projector: &Projector,
-        tolerance: f64,
-        progress: &mut impl FnMut(&HistoryRow),
-    ) -> Result<Inner> {
-        self.evaluate(force, projector, progress)?;
-        self.solve_from_state(projector, tolerance, progress)
-    }
-
-    /// Forces cut down to the active set and brought into equilibrium, and the gaps under them; what they push the
-    /// multiplier and the mortar sides inwards, m, if that took a force step.
-    pub(super) fn evaluate(
-        &mut self,
-        mut force: Vec<f64>,
-        projector: &Projector,
-        progress: &mut impl FnMut(&HistoryRow),
-    ) -> Result<Option<[Vec<f64>; 2]>> {
-        std::iter::zip(&mut force, &self.active).filter(|(_, a)| !**a).for_each(|(f, _)| *f = 0.0);
-        let is_guess = self.updates == 0 && self.coarse.all_are_sprung();
-        if !is_guess {
-            self.balance(&mut force, projector);
-        }
-        let changed = force != self.force;
-        if self.coupling.exchange.max(&[f64::from(u8::from(changed))])[0] == 0.0 {
-            return Ok(None);
-        }
-        let [mut own, mut other] = self.coupling.force_step(&force)?;
-        self.choose_lead(&force, &own, &other);
-        if is_guess {
-            self.resize(&mut force, &mut own, &mut other);
-        }
-        self.force = force;
-        self.gap =
-            self.g_free.iter().zip(std::iter::zip(&own, &other)).map(|(g, (a, b))| g + a + b).collect();
-        self.update_alpha(projector);
-        self.record(0, progress);
-        Ok(Some([own, other]))
-    }
-
-    /// Adds Q Z W (e - Z'R) on the active rows: the least change, in local elastic energy, that restores equilibrium.
-    fn balance(&self, force: &mut [f64], projector: &Projector) {
-        let pushed = self.coarse.restrict(self.coupling.exchange, |j| force[j]);
-        let missing: Vec<f64> = std::iter::zip(&self.coarse.work, pushed).map(|(e, p)| e - p).collect();
-        // Round-off is no imbalance: to chase it would cost a force step.
-        let absolute = self.coarse.absolute_work(self.coupling.exchange, force);
-        let balanced = |k: usize| missing[k].abs() <= BALANCED * (self.coarse.work[k].abs() + absolute[k]);
-        if (0..self.coarse.n).all(balanced) {
-            return;
-        }
-        let a = projector.solve(&missing);
-        if a.iter().any(|a| *a != 0.0) {
-            for j in (0..force.len()).filter(|&j| self.active[j]) {
-                force[j] += self.coarse.scaling(j) * self.coarse.at(j, &a);
-            }
-        }
-    }
-
-    /// alpha = W Z'Q g on the active rows: the rigid motion that closes the gaps as far as one can.
-    fn update_alpha(&mut self, projector: &Projector) {
-        if self.coarse.n > 0 {
-            let g = self.coarse.restrict(self.coupling.exchange, |j| {
-                if self.active[j] { self.coarse.scaling(j) * self.gap[j] } else { 0.0 }
-            });
-            self.alpha = projector.solve(&g);
-        }
-    }
-
-    /// Projected preconditioned conjugate gradients (flexible: Polak-Ribiere) from the state as it is.
-    fn solve_from_state(
-        &mut self,
-        projector: &Projector,
-        tolerance: f64,
-        progress: &mut impl FnMut(&HistoryRow),
-    ) -> Result<Inner> {
-        self.update_alpha(projector);
-        let mut r = self.residual_vector();
-        let mut direction: Option<(Vec<f64>, Vec<f64>, f64)> = None;
-        let mut best = (f64::INFINITY, 0);
-        let early = tolerance > self.limits.tolerance;
-        for iteration in 0.. {
-            let (scale, floor) = self.scales();
-            let size = self.size(&r, scale);
-            self.residual = if scale > 0.0 { size / scale } else { 0.0 };
-            let mut small = size <= scale * if early { tolerance } else { self.limits.tolerance };
-            if small && !early {
-                self.follow_mesh_error();
-                small = size <= self.limits.tolerance * scale;
-            }
-            if small && early || size == 0.0 {
-                return Ok(Inner::Done);
-            }
-            if size < 0.9 * best.0 {
-                best = (size, iteration);
-            }
-            let waited = iteration - best.1;
-            let rests = |(patience, much): (usize, f64)| waited > patience && size <= much * floor;
-            if size <= floor || small && waited > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
-                return Ok(Inner::RoundOff);
-            }
-            if self.recorder.count() >= self.limits.max_alternations {
-                return Ok(Inner::Limit);
-            }
-            let mut z = self.coupling.displacement_step(&r, &self.active, &self.share)?;
-            // Where a support holds the leading body only the other one gives way: its local stiffness has to do.
-            for j in (0..z.len()).filter(|&j| self.active[j]) {
-                if z[j] == 0.0 {
-                    z[j] = self.coarse.scaling(j) * r[j];
-                }
-            }
-            let pushed = self.coarse.restrict(self.coupling.exchange, |j| z[j]);
-            let a = projector.solve(&pushed);
-            for (j, z) in z.iter_mut().enumerate() {
-                let rigid = self.coarse.scaling(j) * self.coarse.at(j, &a);
-                *z = if self.active[j] { *z - rigid } else { 0.0 };
-            }
-            // The preconditioned residual estimates the error of the forces, which a small gap may hide.
-            if small
-                && self.coupling.dot(&z, &z)
-                    <= self.limits.tolerance.powi(2) * self.coupling.dot(&self.force, &self.force)
-            {
-                return Ok(Inner::Done);
-            }
-            let mut p = z.clone();
-            if let Some((p_old, r_old, rz_old)) = &direction {
-                let change: Vec<f64> = std::iter::zip(&r, r_old).map(|(r, o)| r - o).collect();
-                let beta = (self.coupling.dot(&z, &change) / rz_old).max(0.0);
-                std::iter::zip(&mut p, p_old).for_each(|(p, o)| *p += beta * o);
-            }
-            let rz = self.coupling.dot(&z, &r);
-            let [own, other] = self.coupling.force_step(&p)?;
-            let q: Vec<f64> = std::iter::zip(own, other).map(|(a, b)| a + b).collect();
-            let curvature = self.coupling.dot(&p, &q);
-            let work = self.coupling.dot(&p, &r);
-            if curvature.is_nan() || work.is_nan() || curvature <= 0.0 || work <= 0.0 {
-                // Round-off, or a redundant row: nothing is to be gained in this direction.
-                if direction.is_none() {
-                    return Ok(Inner::RoundOff);
-                }
-                direction = None;
-                continue;
-            }
-            let step = work / curvature;
-            std::iter::zip(&mut self.force, &p).for_each(|(f, p)| *f += step * p);
-            std::iter::zip(&mut self.gap, &q).for_each(|(g, q)| *g += step * q);
-            self.update_alpha(projector);
-            self.record(0, progress);
-            let next = self.residual_vector();
-            direction = Some((p, r, rz));
-            r = next;
-        }
-        unreachable!("the loop ends by a return")
-    }
-
-    /// -(g - Z alpha) on the active rows, m.
-    pub(super) fn residual_vector(&self) -> Vec<f64> {
-        (0..self.coupling.n).map(|j| if self.active[j] { -self.gap_at(j) } else { 0.0 }).collect()
-    }
-
-    /// Gap at a row, m.
-    pub fn gap_at(&self, j: usize) -> f64 {
-        self.gap[j] - self.coarse.at(j, &self.alpha)
-    }
-
-    /// Norm of the elastic approach at the active rows, and of what round-off leaves of it, m.
-    pub(super) fn scales(&self) -> (f64, f64) {
-        let mut sums = [0.0; 3];
-        // Of soft modes it is the motion that there is: without contact it may be out of all proportion.
-        let (held, sprung) = (self.coarse.all_are_sprung(), self.sprung());
-        for j in (0..self.coupling.n).filter(|&j| self.active[j]) {
-            let elastic = self.gap[j] - self.g_free[j] - self.coarse.at(j, &sprung);
-            let local = self.force[j] / self.coarse.scaling(j);
-            let rigid = self.coarse.at(j, &self.alpha);
-            if j < self.coupling.n_rows {
-                sums[0] += if held { elastic * elastic } else { 0.0 };
-                sums[1] += local * local;
-            }
-            sums[2] += elastic * elastic + self.g_free[j] * self.g_free[j] + rigid * rigid;
-        }
-        let sums = self.coupling.exchange.sum(&sums);
-        (sums[0].max(sums[1]).sqrt(), ROUND_OFF * sums[2].sqrt())
-    }
-
-    /// Norm of a residual on the contact rows, or that on the springs if it is larger, measured by their own travel, m.
-    fn size(&self, r: &[f64], scale: f64) -> f64 {
-        let mut sums = [0.0; 3];
-        for (j, r) in r.iter().enumerate() {
-            if j < self.coupling.n_rows {
-                sums[0] += r * r;
-            } else {
-                sums[1] += r * r;
-                sums[2] += self.coarse.at(j, &self.alpha).powi(2);
-            }
-        }
-        let [rows, springs, travel] = match self.coupling.exchange.sum(&sums)[..] {
-            [a, b, c] => [a, b, c].map(f64::sqrt),
-            _ => [0.0; 3],
-        };
-        rows.max(if travel > scale { springs * scale / travel } else { springs })
-    }
-
-    /// Largest absolute value on the contact rows of all ranks. Collective on the roots.
-    pub(super) fn largest(&self, v: &[f64]) -> f64 {
-        let rows = &v[..self.coupling.n_rows];
-        self.coupling.exchange.max(&[rows.iter().fold(0.0, |l: f64, v| l.max(v.abs()))])[0]
-    }
-
-    fn any_active(&self) -> bool {
-        let active = self.active[..self.coupling.n_rows].contains(&true);
-        self.coupling.exchange.max(&[f64::from(u8::from(active))])[0] > 0.0
-    }
-
-    /// Rows under compression, and the springs.
-    pub(super) fn compressed(&self, force: &[f64]) -> Vec<bool> {
-        (0..self.coupling.n).map(|j| j >= self.coupling.n_rows || force[j] > 0.0).collect()
-    }
-
-    /// Amplitudes of the sprung modes; zero for the others.
-    fn sprung(&self) -> Vec<f64> {
-        let sprung = |(alpha, k): (&f64, &f64)| if *k > 0.0 { *alpha } else { 0.0 };
-        std::iter::zip(&self.alpha, &self.coarse.stiffness).map(sprung).collect()
-    }
-
-    /// What the contact forces change of each gap, but for rigid motions: the elastic approach, m.
-    pub fn elastic_approach(&self) -> Vec<f64> {
-        let at_rest = self.coarse.sprung(&self.coarse.work);
-        let change: Vec<f64> =
-            std::iter::zip(self.sprung(), at_rest).map(|(alpha, rest)| alpha - rest).collect();
-        let at = |j: usize| (self.gap[j] - self.g_free[j] - self.coarse.at(j, &change)).abs();
-        (0..self.coupling.n_rows).map(at).collect()
-    }
-
-    /// True if a gap would be negative with all rigid motions at zero and without contact forces. Collective on the roots.
-    pub fn would_penetrate_at_rest(&self) -> bool {
-        let at_rest = self.coarse.sprung(&self.coarse.work);
-        let [mut deepest, mut parts] = [0.0_f64; 2];
-        for j in 0..self.coupling.n_rows {
-            let soft = self.coarse.at(j, &at_rest);
-            deepest = deepest.max(soft - self.g_free[j]);
-            parts = parts.max(soft.abs());
-        }
-        let largest = self.coupling.exchange.max(&[deepest, parts]);
-        largest[0] > self.gap_threshold() + THRESHOLD * largest[1]
-    }
-
-    /// Penetration below this is none, m.
-    pub fn gap_threshold(&self) -> f64 {
-        let mut largest = [0.0_f64; 2];
-        let (held, sprung) = (self.coarse.all_are_sprung(), self.sprung());
-        for j in 0..self.coupling.n_rows {
-            let elastic = (self.gap[j] - self.g_free[j] - self.coarse.at(j, &sprung)).abs();
-            let local = (self.force[j] / self.coarse.scaling(j)).abs();
-            largest[0] = largest[0].max(local).max(if held { elastic } else { 0.0 });
-            if self.active[j] {
-                largest[1] = largest[1].max(self.g_free[j].abs()).max(elastic);
-            }
-        }
-        let largest = self.coupling.exchange.max(&largest);
-        self.threshold.max(THRESHOLD) * largest[0] + ROUND_OFF * largest[1]
-    }
-
-    /// Active rows in tension, open rows that penetrate, and the largest of either relative to its scale.
-    fn violations(&self) -> (Vec<usize>, Vec<usize>, f64) {
-        let largest = self.largest(&self.force);
-        let (tension, penetration) = (self.threshold * largest, self.gap_threshold());
-        let n = self.coupling.n_rows;
-        let leaving: Vec<usize> = (0..n).filter(|&j| self.active[j] && self.force[j] < -tension).collect();
-        let entering: Vec<usize> =
-            (0..n).filter(|&j| !self.active[j] && self.gap_at(j) < -penetration).collect();
-        let worst = leaving.iter().map(|&j| -self.force[j] / largest).fold(0.0, f64::max);
-        let worst =
-            entering.iter().map(|&j| -self.gap_at(j) / (penetration / self.threshold)).fold(worst, f64::max);
-        (leaving, entering, self.coupling.exchange.max(&[worst])[0])
-    }
-
     /// The body that is softer where the pair bends, not only where it dents, makes the displacement step: with
     /// c = C_own / C_other between its extremes over all wave lengths, preconditioning by the own body's stiffness
     /// leaves eigenvalues between 1 + 1/c_max and 1 + 1/c_min. The short waves have the ratio of the moduli; the long
     /// ones are measured by the responses to the contact forces as they are.
-    fn choose_lead(&mut self, force: &[f64], own: &[f64], other: &[f64]) {
+    pub(super) fn choose_lead(&mut self, force: &[f64], own: &[f64], other: &[f64]) {
         for (i, _) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
             let range = self.coupling.ranges[i].clone();
             let work = |w: &[f64]| -> f64 {
@@ -631,7 +329,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         self.coupling.exchange.sum(&[parts])[0] as u64
     }
 
-    fn record(&mut self, flips: usize, progress: &mut impl FnMut(&HistoryRow)) {
+    pub(super) fn record(&mut self, flips: usize, progress: &mut impl FnMut(&HistoryRow)) {
         let (scale, _) = self.scales();
         let gaps: Vec<f64> = (0..self.coupling.n).map(|j| self.gap_at(j)).collect();
         let pushed = self.coarse.restrict(self.coupling.exchange, |j| self.force[j]);

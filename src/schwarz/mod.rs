@@ -11,8 +11,10 @@ pub mod alternation;
 mod coarse;
 mod coupling;
 mod guess;
+mod projected_cg;
 mod record;
 mod respond;
+mod scales;
 mod side;
 #[cfg(test)]
 mod tests;

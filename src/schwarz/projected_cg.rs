@@ -1,0 +1,185 @@
+//! The linear system of an active set, by projected conjugate gradients: one iteration is one alternation.
+use super::{ActiveSet, Projector, Respond};
+use crate::{error::Result, output::HistoryRow};
+
+/// Imbalance of the forces, relative to the sum of the absolute works, that is round-off.
+const BALANCED: f64 = 1e-12;
+
+/// Iterations without a smaller residual after which round-off is taken to have been reached, and up to how many times the
+/// least that round-off can leave: the round-off of a body's answer grows with its condition.
+const PATIENCE: [(usize, f64); 2] = [(12, 1e4), (48, 1e6)];
+
+/// Iterations that a residual below the tolerance may rest before the forces, whose error is watched, too, are as good as
+/// round-off lets them be.
+const SMALL_PATIENCE: usize = 4;
+
+/// How a linear solve on the active set ended.
+#[derive(PartialEq, Eq)]
+pub(super) enum Inner {
+    Done,
+    RoundOff,
+    Limit,
+}
+
+impl<B: Respond> ActiveSet<'_, '_, B> {
+    /// Solves on the active set, starting from `force` cut down to it and brought into equilibrium.
+    pub(super) fn solve(
+        &mut self,
+        force: Vec<f64>,
+        projector: &Projector,
+        tolerance: f64,
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Inner> {
+        self.evaluate(force, projector, progress)?;
+        self.solve_from_state(projector, tolerance, progress)
+    }
+
+    /// Forces cut down to the active set and brought into equilibrium, and the gaps under them; what they push the
+    /// multiplier and the mortar sides inwards, m, if that took a force step.
+    pub(super) fn evaluate(
+        &mut self,
+        mut force: Vec<f64>,
+        projector: &Projector,
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Option<[Vec<f64>; 2]>> {
+        std::iter::zip(&mut force, &self.active).filter(|(_, a)| !**a).for_each(|(f, _)| *f = 0.0);
+        let is_guess = self.updates == 0 && self.coarse.all_are_sprung();
+        if !is_guess {
+            self.balance(&mut force, projector);
+        }
+        let changed = force != self.force;
+        if self.coupling.exchange.max(&[f64::from(u8::from(changed))])[0] == 0.0 {
+            return Ok(None);
+        }
+        let [mut own, mut other] = self.coupling.force_step(&force)?;
+        self.choose_lead(&force, &own, &other);
+        if is_guess {
+            self.resize(&mut force, &mut own, &mut other);
+        }
+        self.force = force;
+        self.gap =
+            self.g_free.iter().zip(std::iter::zip(&own, &other)).map(|(g, (a, b))| g + a + b).collect();
+        self.update_alpha(projector);
+        self.record(0, progress);
+        Ok(Some([own, other]))
+    }
+
+    /// Adds Q Z W (e - Z'R) on the active rows: the least change, in local elastic energy, that restores equilibrium.
+    fn balance(&self, force: &mut [f64], projector: &Projector) {
+        let pushed = self.coarse.restrict(self.coupling.exchange, |j| force[j]);
+        let missing: Vec<f64> = std::iter::zip(&self.coarse.work, pushed).map(|(e, p)| e - p).collect();
+        // Round-off is no imbalance: to chase it would cost a force step.
+        let absolute = self.coarse.absolute_work(self.coupling.exchange, force);
+        let balanced = |k: usize| missing[k].abs() <= BALANCED * (self.coarse.work[k].abs() + absolute[k]);
+        if (0..self.coarse.n).all(balanced) {
+            return;
+        }
+        let a = projector.solve(&missing);
+        if a.iter().any(|a| *a != 0.0) {
+            for j in (0..force.len()).filter(|&j| self.active[j]) {
+                force[j] += self.coarse.scaling(j) * self.coarse.at(j, &a);
+            }
+        }
+    }
+
+    /// alpha = W Z'Q g on the active rows: the rigid motion that closes the gaps as far as one can.
+    pub(super) fn update_alpha(&mut self, projector: &Projector) {
+        if self.coarse.n > 0 {
+            let g = self.coarse.restrict(self.coupling.exchange, |j| {
+                if self.active[j] { self.coarse.scaling(j) * self.gap[j] } else { 0.0 }
+            });
+            self.alpha = projector.solve(&g);
+        }
+    }
+
+    /// Projected preconditioned conjugate gradients (flexible: Polak-Ribiere) from the state as it is.
+    pub(super) fn solve_from_state(
+        &mut self,
+        projector: &Projector,
+        tolerance: f64,
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Inner> {
+        self.update_alpha(projector);
+        let mut r = self.residual_vector();
+        let mut direction: Option<(Vec<f64>, Vec<f64>, f64)> = None;
+        let mut best = (f64::INFINITY, 0);
+        let early = tolerance > self.limits.tolerance;
+        for iteration in 0.. {
+            let (scale, floor) = self.scales();
+            let size = self.size(&r, scale);
+            self.residual = if scale > 0.0 { size / scale } else { 0.0 };
+            let mut small = size <= scale * if early { tolerance } else { self.limits.tolerance };
+            if small && !early {
+                self.follow_mesh_error();
+                small = size <= self.limits.tolerance * scale;
+            }
+            if small && early || size == 0.0 {
+                return Ok(Inner::Done);
+            }
+            if size < 0.9 * best.0 {
+                best = (size, iteration);
+            }
+            let waited = iteration - best.1;
+            let rests = |(patience, much): (usize, f64)| waited > patience && size <= much * floor;
+            if size <= floor || small && waited > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
+                return Ok(Inner::RoundOff);
+            }
+            if self.recorder.count() >= self.limits.max_alternations {
+                return Ok(Inner::Limit);
+            }
+            let mut z = self.coupling.displacement_step(&r, &self.active, &self.share)?;
+            // Where a support holds the leading body only the other one gives way: its local stiffness has to do.
+            for j in (0..z.len()).filter(|&j| self.active[j]) {
+                if z[j] == 0.0 {
+                    z[j] = self.coarse.scaling(j) * r[j];
+                }
+            }
+            let pushed = self.coarse.restrict(self.coupling.exchange, |j| z[j]);
+            let a = projector.solve(&pushed);
+            for (j, z) in z.iter_mut().enumerate() {
+                let rigid = self.coarse.scaling(j) * self.coarse.at(j, &a);
+                *z = if self.active[j] { *z - rigid } else { 0.0 };
+            }
+            // The preconditioned residual estimates the error of the forces, which a small gap may hide.
+            if small
+                && self.coupling.dot(&z, &z)
+                    <= self.limits.tolerance.powi(2) * self.coupling.dot(&self.force, &self.force)
+            {
+                return Ok(Inner::Done);
+            }
+            let mut p = z.clone();
+            if let Some((p_old, r_old, rz_old)) = &direction {
+                let change: Vec<f64> = std::iter::zip(&r, r_old).map(|(r, o)| r - o).collect();
+                let beta = (self.coupling.dot(&z, &change) / rz_old).max(0.0);
+                std::iter::zip(&mut p, p_old).for_each(|(p, o)| *p += beta * o);
+            }
+            let rz = self.coupling.dot(&z, &r);
+            let [own, other] = self.coupling.force_step(&p)?;
+            let q: Vec<f64> = std::iter::zip(own, other).map(|(a, b)| a + b).collect();
+            let curvature = self.coupling.dot(&p, &q);
+            let work = self.coupling.dot(&p, &r);
+            if curvature.is_nan() || work.is_nan() || curvature <= 0.0 || work <= 0.0 {
+                // Round-off, or a redundant row: nothing is to be gained in this direction.
+                if direction.is_none() {
+                    return Ok(Inner::RoundOff);
+                }
+                direction = None;
+                continue;
+            }
+            let step = work / curvature;
+            std::iter::zip(&mut self.force, &p).for_each(|(f, p)| *f += step * p);
+            std::iter::zip(&mut self.gap, &q).for_each(|(g, q)| *g += step * q);
+            self.update_alpha(projector);
+            self.record(0, progress);
+            let next = self.residual_vector();
+            direction = Some((p, r, rz));
+            r = next;
+        }
+        unreachable!("the loop ends by a return")
+    }
+
+    /// -(g - Z alpha) on the active rows, m.
+    pub(super) fn residual_vector(&self) -> Vec<f64> {
+        (0..self.coupling.n).map(|j| if self.active[j] { -self.gap_at(j) } else { 0.0 }).collect()
+    }
+}
