@@ -45,7 +45,7 @@ impl Run {
         for set in &self.sets {
             command.args(["--set", set]);
         }
-        command.stdout(Stdio::null()).stderr(Stdio::null());
+        command.stdout(Stdio::null());
         command
     }
 
@@ -103,13 +103,13 @@ pub fn least(runs: &[Run], repetitions: usize, cost: fn(&Done) -> f64) -> Result
     Ok(best.into_iter().flatten().collect())
 }
 
-/// The case file without its `[[contact]]` tables, as text in another file.
+/// The case file without its `[[contact]]` tables and what is known of them, as text in another file.
 pub fn without_contact(case: &Path, file: &Path) -> Result<()> {
     let text = std::fs::read_to_string(case).map_err(Error::internal)?;
     let mut inside = false;
     let kept = text.lines().filter(|line| {
         if line.starts_with('[') {
-            inside = *line == "[[contact]]";
+            inside = ["[[contact]]", "[exact]"].contains(&line);
         }
         !inside
     });
