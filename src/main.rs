@@ -7,7 +7,7 @@ use kontakt::{
     body::options_prefix,
     case::{self, Case},
     output::{AdaptRound, HistoryRow, Summary},
-    parallel::agree,
+    parallel::{self, agree},
     petsc, simulation, study,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -96,7 +96,7 @@ fn main() {
         Command::Study(arguments) => std::process::exit(run_study(arguments, petsc_options)),
         command => command,
     };
-    let Some(universe) = mpi::initialize() else {
+    let Some(universe) = parallel::initialize() else {
         eprintln!("kontakt: MPI is already initialised");
         std::process::exit(1);
     };

@@ -93,13 +93,14 @@ fn internal_force_of_the_stresses_is_k_u_minus_f() {
         };
         let (mut k, mut f) = (vec![0.; n * n], vec![0.; n]);
         element.stiffness(&x, 0.7, law, &mut k, &mut f).unwrap();
-        let mut strains = vec![];
-        element.strains(&x, &u, law, &mut strains).unwrap();
+        let (mut geometry, mut strains) = (vec![], vec![]);
+        element.geometry(&x, &mut geometry).unwrap();
+        element.strains(&x, &geometry, &u, law, &mut strains).unwrap();
         let points = element.points().iter().zip(&strains).enumerate();
         let stress: Vec<_> =
             points.map(|(i, (p, e))| law(i, &element.kind().shape(&p.xi).n[..n / 2]).stress(*e)).collect();
         let mut internal = vec![0.; n];
-        element.internal_force(&x, 0.7, &stress, &mut internal).unwrap();
+        element.internal_force(&geometry, 0.7, &stress, &mut internal);
         let scale = k.iter().fold(0., |m: f64, k| m.max(k.abs())) * 1e-3;
         for i in 0..n {
             let expected: f64 = (0..n).map(|j| k[i * n + j] * u[j]).sum::<f64>() - f[i];
@@ -263,10 +264,10 @@ fn nodal_values_are_exact_for_linear_fields_and_means_are_means() {
             assert!((value[0] - expected[0]).abs() < 1e-14 && (value[1] - 4.).abs() < 1e-14, "{element:?}");
         }
         let x = element.kind().node_coordinates();
-        assert!((element.mean(x, &at_points).unwrap()[0] - center[0]).abs() < 1e-14);
-        let mut volumes = vec![];
-        element.point_volumes(x, 0.5, &mut volumes).unwrap();
-        let volume = element.volume(x, 0.5).unwrap();
-        assert!((volumes.iter().sum::<f64>() - volume).abs() < 1e-15);
+        let mut geometry = vec![];
+        element.geometry(x, &mut geometry).unwrap();
+        assert!((SolidElement::mean(&geometry, &at_points)[0] - center[0]).abs() < 1e-14);
+        let area: f64 = geometry.iter().map(|g| g.area).sum();
+        assert!((0.5 * area - element.volume(x, 0.5).unwrap()).abs() < 1e-15);
     }
 }

@@ -2,7 +2,7 @@
 use super::{Body, assembly, hanging::Hanging};
 use crate::{
     contact::vector::dot,
-    element::{ElementKind, MAX_NODES, PointLaw, QuadraturePoint, SolidElement},
+    element::{ElementKind, MAX_NODES, PointGeometry, PointLaw, QuadraturePoint, SolidElement},
     error::Result,
     mesh::Cell,
 };
@@ -81,11 +81,11 @@ impl Body {
             self.evaluate(cell, u, &mut work)?;
             let element = self.model.elements.of(cell.kind);
             let n = cell.kind.n_nodes();
-            let in_plane: Vec<[f64; 3]> = work.stress.iter().map(|s| [s[0], s[1], s[3]]).collect();
-            fields.point_stress.extend(&in_plane);
+            let begin = fields.point_stress.len();
+            fields.point_stress.extend(work.stress.iter().map(|s| [s[0], s[1], s[3]]));
             fields.first_point.push(fields.point_stress.len() as u32);
             let f = &mut work.force[..n * dim];
-            element.internal_force(&work.x[..n], self.model.thickness, &in_plane, f)?;
+            element.internal_force(&work.geometry, self.model.thickness, &fields.point_stress[begin..], f);
             for (a, &node) in cell.nodes().iter().enumerate() {
                 (0..dim).for_each(|c| internal[node as usize * dim + c] += f[a * dim + c]);
             }
@@ -104,10 +104,10 @@ impl Body {
                 }
             }
             if i < part.n_own_cells {
-                fields.cell_stress.push(element.mean(&work.x[..n], &work.stress)?);
-                fields.cell_strain.push(element.mean(&work.x[..n], &work.strain)?);
-                element.point_volumes(&work.x[..n], self.model.thickness, &mut work.volumes)?;
-                for ((s, e), v) in work.stress.iter().zip(&work.plane_strain).zip(&work.volumes) {
+                fields.cell_stress.push(SolidElement::mean(&work.geometry, &work.stress));
+                fields.cell_strain.push(SolidElement::mean(&work.geometry, &work.strain));
+                for ((s, e), g) in work.stress.iter().zip(&work.plane_strain).zip(&work.geometry) {
+                    let v = g.area * self.model.thickness;
                     balance.noise += 1e-28 * modulus * v;
                     balance.work[0] += v * (s[0] * e[0] + s[1] * e[1] + s[3] * e[2]);
                     // Where nothing moves the stored energy sets the scale.
@@ -140,22 +140,21 @@ impl Body {
         }
         let temperature =
             |shape: &[f64]| assembly::temperature_at(self.temperature.as_ref().map(|t| &t[..]), cell, shape);
-        let at_points = &mut work.temperatures;
-        at_points.clear();
-        self.model.elements.of(cell.kind).strains(
+        let element = self.model.elements.of(cell.kind);
+        element.geometry(&work.x[..n], &mut work.geometry)?;
+        element.strains(
             &work.x[..n],
+            &work.geometry,
             &work.u[..n * dim],
             |_, shape| self.model.law.law(temperature(shape)),
             &mut work.plane_strain,
         )?;
-        for point in self.model.elements.of(cell.kind).points() {
-            at_points.push(temperature(&cell.kind.shape(&point.xi).n[..n]));
-        }
         work.stress.clear();
         work.strain.clear();
-        for (strain, t) in work.plane_strain.iter().zip(at_points.iter()) {
-            work.stress.push(self.model.law.stress(*strain, *t));
-            work.strain.push(self.model.law.strain(*strain, *t));
+        for (strain, geometry) in work.plane_strain.iter().zip(&work.geometry) {
+            let t = temperature(&geometry.n[..n]);
+            work.stress.push(self.model.law.stress(*strain, t));
+            work.strain.push(self.model.law.strain(*strain, t));
         }
         Ok(())
     }
@@ -260,6 +259,5 @@ struct Workspace {
     plane_strain: Vec<[f64; 3]>,
     stress: Vec<Tensor>,
     strain: Vec<Tensor>,
-    temperatures: Vec<Option<f64>>,
-    volumes: Vec<f64>,
+    geometry: Vec<PointGeometry>,
 }

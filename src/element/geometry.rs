@@ -29,6 +29,7 @@ pub(super) struct Jacobian {
 
 impl Jacobian {
     /// From the nodes' coordinates. A determinant that is not positive is an input error.
+    #[inline]
     pub fn new(kind: ElementKind, x: &[[f64; 3]], shape: &Shape) -> Result<Self> {
         let mut j = [[0.; 2]; 2];
         for (node, dn) in x.iter().zip(&shape.dn) {
@@ -42,6 +43,7 @@ impl Jacobian {
     }
 
     /// Gradient J^-T g in the body of a function whose reference derivatives are g.
+    #[inline]
     pub fn gradient(&self, g: &[f64; 3]) -> [f64; 3] {
         let [[a, b], [c, d]] = self.j;
         [(d * g[0] - c * g[1]) / self.det, (a * g[1] - b * g[0]) / self.det, 0.]
@@ -50,6 +52,7 @@ impl Jacobian {
 
 impl PointGeometry {
     /// The element with these node coordinates at a quadrature point.
+    #[inline]
     pub fn new(kind: ElementKind, x: &[[f64; 3]], point: &QuadraturePoint) -> Result<Self> {
         let shape = kind.shape(&point.xi);
         let jacobian = Jacobian::new(kind, x, &shape)?;

@@ -22,26 +22,17 @@ impl SolidElement {
         }
     }
 
-    /// Mean over the element, (1/A) int v dA, of values at the quadrature points.
-    pub fn mean<const N: usize>(&self, x: &[[f64; 3]], at_points: &[[f64; N]]) -> Result<[f64; N]> {
+    /// Mean over the element, (1/A) int v dA, of values at the quadrature points; `geometry`: by
+    /// [`Self::geometry`].
+    pub fn mean<const N: usize>(geometry: &[PointGeometry], at_points: &[[f64; N]]) -> [f64; N] {
         let (mut mean, mut total) = ([0.; N], 0.);
-        for (point, values) in self.points().iter().zip(at_points) {
-            let area = PointGeometry::new(self.kind(), x, point)?.area;
-            total += area;
+        for (geometry, values) in geometry.iter().zip(at_points) {
+            total += geometry.area;
             for (sum, value) in mean.iter_mut().zip(values) {
-                *sum += area * value;
+                *sum += geometry.area * value;
             }
         }
-        Ok(mean.map(|sum| sum / total))
-    }
-
-    /// Volume of each quadrature point, m3: weight det J t; `volumes` is overwritten.
-    pub fn point_volumes(&self, x: &[[f64; 3]], thickness: f64, volumes: &mut Vec<f64>) -> Result<()> {
-        volumes.clear();
-        for point in self.points() {
-            volumes.push(PointGeometry::new(self.kind(), x, point)?.area * thickness);
-        }
-        Ok(())
+        mean.map(|sum| sum / total)
     }
 
     /// Volume, m3.

@@ -58,6 +58,7 @@ impl ElementKind {
     }
 
     /// Shape functions at a point of the reference element.
+    #[inline]
     pub fn shape(self, xi: &[f64; 3]) -> Shape {
         let mut shape = Shape { n: [0.; MAX_NODES], dn: [[0.; 3]; MAX_NODES] };
         match self {

@@ -69,14 +69,13 @@ struct Full {
     f: [f64; MAX_DOFS],
 }
 
-/// Displacement modes at a quadrature point.
-struct Modes {
-    /// Gradient of each mode, 1/m: shape functions, then incompatible modes.
-    gradient: [[f64; 3]; MAX_NODES],
-    /// Shape functions.
-    n: [f64; MAX_NODES],
-    /// det J times the weight of the point, m2.
-    area: f64,
+/// Gradient of each displacement mode at a quadrature point, 1/m: shape functions, then incompatible modes.
+type Gradients = [[f64; 3]; MAX_NODES];
+
+impl Full {
+    fn zero() -> Full {
+        Full { k: [[0.; MAX_DOFS]; MAX_DOFS], f: [0.; MAX_DOFS] }
+    }
 }
 
 impl SolidElement {
@@ -109,12 +108,24 @@ impl SolidElement {
         &self,
         x: &[[f64; 3]],
         thickness: f64,
-        law: impl FnMut(usize, &[f64]) -> PointLaw,
+        mut law: impl FnMut(usize, &[f64]) -> PointLaw,
         k: &mut [f64],
         f: &mut [f64],
     ) -> Result<()> {
-        let mut full = self.integrate(x, thickness, law)?;
-        self.eliminate_internal(&mut full);
+        let mut full = Full::zero();
+        let center = self.center(x)?;
+        for (index, point) in self.points().iter().enumerate() {
+            let geometry = PointGeometry::new(self.kind, x, point)?;
+            let law = law(index, &geometry.n[..self.kind.n_nodes()]);
+            self.add_point(
+                &mut full,
+                0,
+                &self.gradients(&center, &geometry, point),
+                &law,
+                geometry.area * thickness,
+            );
+        }
+        self.eliminate_internal(&mut full, 0);
         let n = 2 * self.kind.n_nodes();
         for (row, full_row) in k.chunks_exact_mut(n).zip(&full.k) {
             row.copy_from_slice(&full_row[..n]);
@@ -123,16 +134,33 @@ impl SolidElement {
         Ok(())
     }
 
+    /// The element at each of its quadrature points; `geometry` is overwritten.
+    pub fn geometry(&self, x: &[[f64; 3]], geometry: &mut Vec<PointGeometry>) -> Result<()> {
+        geometry.clear();
+        for point in self.points() {
+            geometry.push(PointGeometry::new(self.kind, x, point)?);
+        }
+        Ok(())
+    }
+
     /// Total in-plane strain (11, 22, gamma12) at each quadrature point for nodal displacements `u` (2n, m),
-    /// the enhanced part included; `strains` is overwritten. `law` as in [`Self::stiffness`].
+    /// the enhanced part included; `strains` is overwritten. `geometry`: by [`Self::geometry`]; `law` as in
+    /// [`Self::stiffness`].
     pub fn strains(
         &self,
         x: &[[f64; 3]],
+        geometry: &[PointGeometry],
         u: &[f64],
         law: impl FnMut(usize, &[f64]) -> PointLaw,
         strains: &mut Vec<[f64; 3]>,
     ) -> Result<()> {
-        self.strains_at(self.points(), x, u, law, strains)
+        let center = self.center(x)?;
+        let amplitudes = self.amplitudes(&center, geometry, u, law);
+        strains.clear();
+        for (point, geometry) in self.points().iter().zip(geometry) {
+            strains.push(self.strain(&self.gradients(&center, geometry, point), &amplitudes));
+        }
+        Ok(())
     }
 
     /// The same at any `points` of the element; `law` is asked at its own.
@@ -144,25 +172,16 @@ impl SolidElement {
         law: impl FnMut(usize, &[f64]) -> PointLaw,
         strains: &mut Vec<[f64; 3]>,
     ) -> Result<()> {
-        let n = 2 * self.kind.n_nodes();
-        let mut amplitudes = [0.; MAX_DOFS];
-        amplitudes[..n].copy_from_slice(u);
-        if self.n_modes() > self.kind.n_nodes() {
-            // The thickness cancels.
-            let mut full = self.integrate(x, 1., law)?;
-            self.eliminate_internal(&mut full);
-            self.recover_internal(&full, &mut amplitudes);
-        }
         let center = self.center(x)?;
+        let mut geometry = Vec::new();
+        if self.n_modes() > self.kind.n_nodes() {
+            self.geometry(x, &mut geometry)?;
+        }
+        let amplitudes = self.amplitudes(&center, &geometry, u, law);
         strains.clear();
         for point in points {
-            let modes = self.modes(x, &center, point)?;
-            let mut strain = [0.; 3];
-            for (g, u) in self.gradients(&modes).zip(amplitudes.chunks_exact(2)) {
-                let part = strain_of(g, [u[0], u[1]]);
-                strain = std::array::from_fn(|i| strain[i] + part[i]);
-            }
-            strains.push(strain);
+            let geometry = PointGeometry::new(self.kind, x, point)?;
+            strains.push(self.strain(&self.gradients(&center, &geometry, point), &amplitudes));
         }
         Ok(())
     }
@@ -171,64 +190,91 @@ impl SolidElement {
     /// at the quadrature points.
     pub fn internal_force(
         &self,
-        x: &[[f64; 3]],
+        geometry: &[PointGeometry],
         thickness: f64,
         stress: &[[f64; 3]],
         f: &mut [f64],
-    ) -> Result<()> {
+    ) {
         f.fill(0.);
-        for (point, stress) in self.points().iter().zip(stress) {
-            let geometry = PointGeometry::new(self.kind, x, point)?;
+        for (geometry, stress) in geometry.iter().zip(stress) {
+            let volume = geometry.area * thickness;
+            let stress = stress.map(|s| s * volume);
             for (node, g) in f.chunks_exact_mut(2).zip(&geometry.gradient) {
-                let force = force_of(g, stress);
-                node[0] += force[0] * geometry.area * thickness;
-                node[1] += force[1] * geometry.area * thickness;
+                let force = force_of(g, &stress);
+                node[0] += force[0];
+                node[1] += force[1];
             }
         }
-        Ok(())
     }
 
-    /// k = int B^T H B t dA and f = int B^T H eps0 t dA over all modes.
-    fn integrate(
+    /// Amplitudes of all modes, m, for nodal displacements `u`: the internal ones are at equilibrium, k_ii u_i =
+    /// f_i - k_in u_n.
+    fn amplitudes(
         &self,
-        x: &[[f64; 3]],
-        thickness: f64,
+        center: &Jacobian,
+        geometry: &[PointGeometry],
+        u: &[f64],
         mut law: impl FnMut(usize, &[f64]) -> PointLaw,
-    ) -> Result<Full> {
-        let mut full = Full { k: [[0.; MAX_DOFS]; MAX_DOFS], f: [0.; MAX_DOFS] };
-        let center = self.center(x)?;
-        for (index, point) in self.points().iter().enumerate() {
-            let modes = self.modes(x, &center, point)?;
-            let law = law(index, &modes.n[..self.kind.n_nodes()]);
-            let volume = modes.area * thickness;
-            let initial_stress = times(&law.h, &law.initial_strain);
-            for (a, g) in self.gradients(&modes).enumerate() {
-                let force = force_of(g, &initial_stress);
-                full.f[2 * a] += force[0] * volume;
-                full.f[2 * a + 1] += force[1] * volume;
+    ) -> [f64; MAX_DOFS] {
+        let n = self.kind.n_nodes();
+        let mut amplitudes = [0.; MAX_DOFS];
+        amplitudes[..2 * n].copy_from_slice(u);
+        if self.n_modes() > n {
+            let mut full = Full::zero();
+            for (index, (point, geometry)) in self.points().iter().zip(geometry).enumerate() {
+                let law = law(index, &geometry.n[..n]);
+                // The thickness cancels.
+                self.add_point(&mut full, n, &self.gradients(center, geometry, point), &law, geometry.area);
             }
-            for (b, g) in self.gradients(&modes).enumerate() {
-                for (component, unit) in [[1., 0.], [0., 1.]].into_iter().enumerate() {
-                    let stress = times(&law.h, &strain_of(g, unit));
-                    let column = 2 * b + component;
-                    for (a, g) in self.gradients(&modes).enumerate() {
-                        let force = force_of(g, &stress);
-                        full.k[2 * a][column] += force[0] * volume;
-                        full.k[2 * a + 1][column] += force[1] * volume;
-                    }
+            self.eliminate_internal(&mut full, 2 * n);
+            self.recover_internal(&full, &mut amplitudes);
+        }
+        amplitudes
+    }
+
+    /// B u.
+    fn strain(&self, gradients: &Gradients, amplitudes: &[f64; MAX_DOFS]) -> [f64; 3] {
+        let mut strain = [0.; 3];
+        for (g, u) in gradients[..self.n_modes()].iter().zip(amplitudes.chunks_exact(2)) {
+            let part = strain_of(g, [u[0], u[1]]);
+            strain = std::array::from_fn(|i| strain[i] + part[i]);
+        }
+        strain
+    }
+
+    /// Adds a point's share of k = int B^T H B t dA and f = int B^T H eps0 t dA, of the modes from `first` on.
+    #[inline]
+    fn add_point(&self, full: &mut Full, first: usize, gradients: &Gradients, law: &PointLaw, volume: f64) {
+        let modes = &gradients[..self.n_modes()];
+        let h = law.h.map(|row| row.map(|h| h * volume));
+        let initial_stress = times(&h, &law.initial_strain);
+        for (a, g) in modes.iter().enumerate().skip(first) {
+            let force = force_of(g, &initial_stress);
+            full.f[2 * a] += force[0];
+            full.f[2 * a + 1] += force[1];
+            // Two rows of B_a^T H.
+            let row: [[f64; 3]; 2] = [
+                std::array::from_fn(|j| g[0] * h[0][j] + g[1] * h[2][j]),
+                std::array::from_fn(|j| g[1] * h[1][j] + g[0] * h[2][j]),
+            ];
+            for (k, row) in full.k[2 * a..].iter_mut().zip(&row) {
+                for (k, g) in k.chunks_exact_mut(2).zip(modes) {
+                    let force = force_of(g, row);
+                    k[0] += force[0];
+                    k[1] += force[1];
                 }
             }
         }
-        Ok(full)
     }
 
-    /// Gaussian elimination of the internal amplitudes, the last one first. What is left in the leading block
-    /// is the condensed element; the internal rows keep what [`Self::recover_internal`] needs.
-    fn eliminate_internal(&self, full: &mut Full) {
+    /// Gaussian elimination of the internal amplitudes from the rows `first` on, the last one first. What is left in
+    /// the leading block is the condensed element; the internal rows keep what [`Self::recover_internal`] needs.
+    fn eliminate_internal(&self, full: &mut Full, first: usize) {
         for p in (2 * self.kind.n_nodes()..2 * self.n_modes()).rev() {
             let (row, f) = (full.k[p], full.f[p]);
-            for i in 0..p {
-                let factor = full.k[i][p] / row[p];
+            let pivot = 1. / row[p];
+            for i in first..p {
+                let factor = full.k[i][p] * pivot;
                 for (k, entry) in full.k[i][..p].iter_mut().zip(&row) {
                     *k -= factor * entry;
                 }
@@ -258,19 +304,15 @@ impl SolidElement {
         Jacobian::new(self.kind, x, &self.kind.shape(&self.kind.center()))
     }
 
-    fn modes(&self, x: &[[f64; 3]], center: &Jacobian, point: &QuadraturePoint) -> Result<Modes> {
-        let geometry = PointGeometry::new(self.kind, x, point)?;
-        let mut gradient = geometry.gradient;
-        for (m, g) in gradient[self.kind.n_nodes()..self.n_modes()].iter_mut().enumerate() {
+    #[inline]
+    fn gradients(&self, center: &Jacobian, geometry: &PointGeometry, point: &QuadraturePoint) -> Gradients {
+        let mut gradients = geometry.gradient;
+        for (m, g) in gradients[self.kind.n_nodes()..self.n_modes()].iter_mut().enumerate() {
             let mut reference = [0.; 3];
             reference[m] = point.xi[m] * center.det / geometry.det;
             *g = center.gradient(&reference);
         }
-        Ok(Modes { gradient, n: geometry.n, area: geometry.area })
-    }
-
-    fn gradients<'m>(&self, modes: &'m Modes) -> impl Iterator<Item = &'m [f64; 3]> + use<'m> {
-        modes.gradient[..self.n_modes()].iter()
+        gradients
     }
 }
 

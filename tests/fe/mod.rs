@@ -189,11 +189,12 @@ impl<'m, L: Fn(&[f64; 3]) -> PointLaw> System<'m, L> {
     /// Total strain and stress at each quadrature point of each cell, with the position of the point.
     pub fn strains_and_stresses(&self, u: &[f64]) -> Vec<[[f64; 3]; 3]> {
         let element = self.mesh.element;
-        let (mut all, mut strains) = (vec![], vec![]);
+        let (mut all, mut geometry, mut strains) = (vec![], vec![], vec![]);
         for cell in &self.mesh.cells {
             let x = self.mesh.coordinates(cell);
             let law = |_: usize, n: &[f64]| (self.law)(&interpolate(&x, n));
-            element.strains(&x, &self.mesh.local(cell, u), law, &mut strains).unwrap();
+            element.geometry(&x, &mut geometry).unwrap();
+            element.strains(&x, &geometry, &self.mesh.local(cell, u), law, &mut strains).unwrap();
             for (point, strain) in element.points().iter().zip(&strains) {
                 let position = interpolate(&x, &element.kind().shape(&point.xi).n);
                 all.push([position, *strain, (self.law)(&position).stress(*strain)]);

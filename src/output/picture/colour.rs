@@ -52,6 +52,8 @@ impl ColourScale {
 
 /// Steps of a [`Palette`]: finer than a bitmap's 8 bits can show.
 const STEPS: usize = 2048;
+/// Bits behind the point of a place in a [`Palette`]: a row of a thousand pixels adds up to less than a step of it.
+const BITS: u32 = 20;
 
 /// A colour scale as a table.
 pub(super) struct Palette {
@@ -70,10 +72,19 @@ impl Palette {
         Palette { low, per_value: 1.0 / step, colours }
     }
 
-    /// Colour of a value; grey where there is none.
-    pub fn colour(&self, value: f64) -> Rgb {
-        let place = (value - self.low) * self.per_value + 0.5;
-        if place.is_finite() { self.colours[(place.max(0.0) as usize).min(STEPS - 1)] } else { NO_VALUE }
+    /// Colours of values that grow by `step` from pixel to pixel; grey where there is none.
+    pub fn fill(&self, pixels: &mut [Rgb], first: f64, step: f64) {
+        // Places in the table in fixed point: no rounding of doubles for every pixel.
+        let place = ((first - self.low) * self.per_value + 0.5) * f64::from(1 << BITS);
+        let step = step * self.per_value * f64::from(1 << BITS);
+        if !(place.is_finite() && step.is_finite()) {
+            return pixels.fill(NO_VALUE);
+        }
+        let (mut place, step) = (place as i64, step as i64);
+        for pixel in pixels {
+            *pixel = self.colours[(place >> BITS).clamp(0, STEPS as i64 - 1) as usize];
+            place = place.saturating_add(step);
+        }
     }
 }
 
@@ -141,11 +152,16 @@ mod tests {
             ColourScale { low: 2.0, high: 5.0, diverging: false },
         ] {
             let palette = Palette::new(&scale);
-            for value in (-50..=60).map(|i| 0.1 * f64::from(i)) {
-                let pair = std::iter::zip(palette.colour(value), scale.colour(value));
+            let mut row = vec![[0; 3]; 111];
+            palette.fill(&mut row, -5.0, 0.1);
+            for (colour, value) in row.iter().copied().zip((-50..=60).map(|i| 0.1 * f64::from(i))) {
+                let pair = std::iter::zip(colour, scale.colour(value));
                 assert!(pair.into_iter().all(|(a, b)| a.abs_diff(b) <= 1), "{value}");
             }
-            assert_eq!(palette.colour(f64::NAN), NO_VALUE);
+            for (first, step) in [(f64::NAN, 0.1), (0.0, f64::INFINITY)] {
+                palette.fill(&mut row, first, step);
+                assert!(row.iter().all(|colour| *colour == NO_VALUE));
+            }
         }
     }
 

@@ -46,29 +46,36 @@ impl Canvas {
         if columns.is_empty() {
             return;
         }
-        // Barycentric coordinates along a row: w + t dw.
-        let dw = [(b, c), (c, a), (a, b)].map(|(p, q)| (p[1] - q[1]) / area);
+        let rows = span(low[1], high[1], self.height);
+        // Barycentric coordinates at the first point of a row, along the row, and from row to row.
+        let sides = [(b, c), (c, a), (a, b)];
+        let dw = sides.map(|(p, q)| (p[1] - q[1]) / area);
+        let along = dw.map(f64::recip);
+        let down = sides.map(|(p, q)| (q[0] - p[0]) / area);
+        let first = [columns.start as f64 + 0.5, rows.start as f64 + 0.5];
+        let first = sides.map(|(p, q)| cross(p, q, first) / area);
         let dvalue = dw[0] * values[0] + dw[1] * values[1] + dw[2] * values[2];
-        for row in span(low[1], high[1], self.height) {
-            let p = [columns.start as f64 + 0.5, row as f64 + 0.5];
-            let w = [cross(b, c, p) / area, cross(c, a, p) / area, cross(a, b, p) / area];
+        let n_columns = columns.len() as f64;
+        for (n, row) in rows.enumerate() {
+            let w: [f64; 3] = std::array::from_fn(|k| first[k] + n as f64 * down[k]);
             let value = w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
             // A little more than the triangle: no gap between neighbours.
-            let (mut first, mut last) = (0.0f64, (columns.len() - 1) as f64);
-            for (w, dw) in std::iter::zip(w, dw) {
-                let end = (-1e-9 - w) / dw;
-                match dw {
-                    _ if dw > 0.0 => first = first.max(end.ceil()),
-                    _ if dw < 0.0 => last = last.min(end.floor()),
-                    _ if w < -1e-9 => last = -1.0,
+            let (mut from, mut to) = (0.0f64, n_columns - 1.0);
+            for k in 0..3 {
+                let end = (-1e-9 - w[k]) * along[k];
+                match dw[k] {
+                    dw if dw > 0.0 => from = from.max(end),
+                    dw if dw < 0.0 => to = to.min(end),
+                    _ if w[k] < -1e-9 => to = -1.0,
                     _ => {}
                 }
             }
-            if first <= last {
+            if from <= to {
+                // Rounded up; `ceil` is a call on old processors.
+                let from = from as usize + usize::from(from > (from as usize) as f64);
+                let end = (to as usize + 1).max(from);
                 let pixels = &mut self.pixels[row * self.width + columns.start..];
-                for (t, pixel) in (first as usize..).zip(&mut pixels[first as usize..=last as usize]) {
-                    *pixel = palette.colour(value + t as f64 * dvalue);
-                }
+                palette.fill(&mut pixels[from..end], value + from as f64 * dvalue, dvalue);
             }
         }
     }

@@ -10,6 +10,8 @@ use crate::output::{Field, Outline, Piece, Results};
 
 /// Element edges are drawn when fewer cells can be seen.
 const EDGES_BELOW: usize = 4000;
+/// Pixels of a cell so small that the diagonals of its triangles cannot be seen.
+const SMALL: f64 = 4.0;
 const OUTLINE: Rgb = [30, 30, 30];
 const UNDEFORMED: Rgb = [165, 165, 165];
 
@@ -87,7 +89,8 @@ impl<'a> Scene<'a> {
             if around.overlaps(&panel) {
                 visible += 1;
                 if canvas.has_points(around.low, around.high) {
-                    self.paint_cell(&mut canvas, &pixels, &palette, cell);
+                    let [width, height] = around.size();
+                    self.paint_cell(&mut canvas, &pixels, &palette, cell, width.max(height) < SMALL);
                 }
             }
         }
@@ -107,8 +110,15 @@ impl<'a> Scene<'a> {
         canvas
     }
 
-    /// A fan of triangles about the middle, so that no diagonal is preferred.
-    fn paint_cell(&self, canvas: &mut Canvas, pixels: &[Pixel], palette: &Palette, cell: &crate::mesh::Cell) {
+    /// A fan of triangles about the middle, so that no diagonal is preferred; one from a corner where that cannot be seen.
+    fn paint_cell(
+        &self,
+        canvas: &mut Canvas,
+        pixels: &[Pixel],
+        palette: &Palette,
+        cell: &crate::mesh::Cell,
+        is_small: bool,
+    ) {
         let corner = |node: u32| (pixels[node as usize], self.stress[node as usize]);
         let rim: Vec<_> = cell
             .kind
@@ -119,6 +129,13 @@ impl<'a> Scene<'a> {
                 local.into_iter().flatten().map(|k| corner(cell.nodes()[k]))
             })
             .collect();
+        if rim.len() == 3 || is_small {
+            for ends in rim[1..].windows(2) {
+                let corners = [rim[0], ends[0], ends[1]];
+                canvas.triangle(corners.map(|c| c.0), corners.map(|c| c.1), palette);
+            }
+            return;
+        }
         let (middle, value) = middle(&rim, cell.kind.n_corners());
         for (i, &(a, stress_a)) in rim.iter().enumerate() {
             let (b, stress_b) = rim[(i + 1) % rim.len()];
