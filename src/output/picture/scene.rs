@@ -11,7 +11,7 @@ use crate::output::{Field, Outline, Piece, Results};
 /// Element edges are drawn when fewer cells can be seen.
 const EDGES_BELOW: usize = 4000;
 /// Pixels of a cell so small that the diagonals of its triangles cannot be seen.
-const SMALL: f64 = 4.0;
+const SMALL: f64 = 10.0;
 const OUTLINE: Rgb = [30, 30, 30];
 const UNDEFORMED: Rgb = [165, 165, 165];
 
