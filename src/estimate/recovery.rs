@@ -61,18 +61,19 @@ impl Around {
     fn new(part: &MeshPart) -> Around {
         let mut first = vec![0; part.n_local + 1];
         let mut is_vertex = vec![false; part.n_local];
-        let local = |cell: &Cell| -> Vec<usize> {
-            cell.nodes().iter().map(|&n| n as usize).filter(|&n| n < part.n_local).collect()
-        };
-        for cell in &part.cells {
-            local(cell).into_iter().for_each(|n| first[n + 1] += 1);
-            let corners = cell.nodes()[..cell.kind.n_corners()].iter();
-            corners.filter(|&&n| (n as usize) < part.n_local).for_each(|&n| is_vertex[n as usize] = true);
+        let n_local = part.n_local;
+        fn local(cell: &Cell, n_local: usize) -> impl Iterator<Item = usize> {
+            cell.nodes().iter().map(|&n| n as usize).filter(move |&n| n < n_local)
         }
-        (0..part.n_local).for_each(|n| first[n + 1] += first[n]);
-        let (mut next, mut cells) = (first.clone(), vec![0; first[part.n_local] as usize]);
+        for cell in &part.cells {
+            local(cell, n_local).for_each(|n| first[n + 1] += 1);
+            let corners = cell.nodes()[..cell.kind.n_corners()].iter();
+            corners.filter(|&&n| (n as usize) < n_local).for_each(|&n| is_vertex[n as usize] = true);
+        }
+        (0..n_local).for_each(|n| first[n + 1] += first[n]);
+        let (mut next, mut cells) = (first.clone(), vec![0; first[n_local] as usize]);
         for (i, cell) in part.cells.iter().enumerate() {
-            for n in local(cell) {
+            for n in local(cell, n_local) {
                 cells[next[n] as usize] = i as u32;
                 next[n] += 1;
             }

@@ -138,7 +138,7 @@ impl Matrix {
         comm: &C,
         block: usize,
         starts: &[i32],
-        columns: &[i32],
+        columns: &mut [i32],
         values: &[f64],
     ) -> Result<Self> {
         assert_eq!(comm.size(), 1);
@@ -150,12 +150,16 @@ impl Matrix {
             check(sys::MatSetSizes(a.0, n, n, n, n))?;
             check(sys::MatSetType(a.0, sys::MATAIJ.as_ptr()))?;
             check(sys::MatSetBlockSize(a.0, int(block)?))?;
-            check(sys::MatSeqAIJSetPreallocationCSR(
-                a.0,
-                starts.as_ptr(),
-                columns.as_ptr(),
-                values.as_ptr(),
-            ))?;
+            // Not by MatSeqAIJSetPreallocationCSR, which sets row by row.
+            let lengths: Vec<i32> = starts.windows(2).map(|row| row[1] - row[0]).collect();
+            check(sys::MatSeqAIJSetPreallocation(a.0, 0, lengths.as_ptr()))?;
+            check(sys::MatSeqAIJSetColumnIndices(a.0, columns.as_mut_ptr()))?;
+            let mut array = ptr::null_mut();
+            check(sys::MatSeqAIJGetArray(a.0, &mut array))?;
+            array.copy_from_nonoverlapping(values.as_ptr(), values.len());
+            check(sys::MatSeqAIJRestoreArray(a.0, &mut array))?;
+            check(sys::MatAssemblyBegin(a.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
+            check(sys::MatAssemblyEnd(a.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
             check(sys::MatSetOption(a.0, sys::MatOption::MAT_SPD, sys::PetscBool::PETSC_TRUE))?;
             Ok(a)
         }

@@ -52,8 +52,17 @@ impl ColourScale {
 
 /// Steps of a [`Palette`]: finer than a bitmap's 8 bits can show.
 const STEPS: usize = 2048;
-/// Bits behind the point of a place in a [`Palette`]: a row of a thousand pixels adds up to less than a step of it.
+/// Bits behind the point of a place in a [`Palette`]: thousands of pixels add up to less than a step of it.
 const BITS: u32 = 20;
+
+/// Values that are linear over the pixels, as places in a [`Palette`]: in fixed point, since rounding a double for every
+/// pixel takes longer.
+pub(super) struct Slope {
+    is_known: bool,
+    first: i64,
+    along: i64,
+    down: i64,
+}
 
 /// A colour scale as a table.
 pub(super) struct Palette {
@@ -72,18 +81,29 @@ impl Palette {
         Palette { low, per_value: 1.0 / step, colours }
     }
 
-    /// Colours of values that grow by `step` from pixel to pixel; grey where there is none.
-    pub fn fill(&self, pixels: &mut [Rgb], first: f64, step: f64) {
-        // Places in the table in fixed point: no rounding of doubles for every pixel.
-        let place = ((first - self.low) * self.per_value + 0.5) * f64::from(1 << BITS);
-        let step = step * self.per_value * f64::from(1 << BITS);
-        if !(place.is_finite() && step.is_finite()) {
+    /// Places of values that are linear over the pixels: the first pixel's value, and how it grows along a row and
+    /// from row to row.
+    pub fn slope(&self, first: f64, along: f64, down: f64) -> Slope {
+        let fixed = |places: f64| (places * f64::from(1 << BITS)) as i64;
+        Slope {
+            is_known: first.is_finite() && along.is_finite() && down.is_finite(),
+            first: fixed((first - self.low) * self.per_value + 0.5),
+            along: fixed(along * self.per_value),
+            down: fixed(down * self.per_value),
+        }
+    }
+
+    /// Colours pixels of one row from the place (along, down) on; grey where there is no value.
+    pub fn fill(&self, pixels: &mut [Rgb], slope: &Slope, [along, down]: [usize; 2]) {
+        if !slope.is_known {
             return pixels.fill(NO_VALUE);
         }
-        let (mut place, step) = (place as i64, step as i64);
+        let to = |step: i64, n: usize| step.saturating_mul(n as i64);
+        let mut place =
+            slope.first.saturating_add(to(slope.along, along)).saturating_add(to(slope.down, down));
         for pixel in pixels {
             *pixel = self.colours[(place >> BITS).clamp(0, STEPS as i64 - 1) as usize];
-            place = place.saturating_add(step);
+            place = place.saturating_add(slope.along);
         }
     }
 }
@@ -153,13 +173,13 @@ mod tests {
         ] {
             let palette = Palette::new(&scale);
             let mut row = vec![[0; 3]; 111];
-            palette.fill(&mut row, -5.0, 0.1);
+            palette.fill(&mut row, &palette.slope(-5.3, 0.1, 0.1), [2, 1]);
             for (colour, value) in row.iter().copied().zip((-50..=60).map(|i| 0.1 * f64::from(i))) {
                 let pair = std::iter::zip(colour, scale.colour(value));
                 assert!(pair.into_iter().all(|(a, b)| a.abs_diff(b) <= 1), "{value}");
             }
             for (first, step) in [(f64::NAN, 0.1), (0.0, f64::INFINITY)] {
-                palette.fill(&mut row, first, step);
+                palette.fill(&mut row, &palette.slope(first, step, 0.0), [0, 0]);
                 assert!(row.iter().all(|colour| *colour == NO_VALUE));
             }
         }

@@ -54,11 +54,11 @@ impl Canvas {
         let down = sides.map(|(p, q)| (q[0] - p[0]) / area);
         let first = [columns.start as f64 + 0.5, rows.start as f64 + 0.5];
         let first = sides.map(|(p, q)| cross(p, q, first) / area);
-        let dvalue = dw[0] * values[0] + dw[1] * values[1] + dw[2] * values[2];
+        let sum = |w: [f64; 3]| w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
+        let slope = palette.slope(sum(first), sum(dw), sum(down));
         let n_columns = columns.len() as f64;
         for (n, row) in rows.enumerate() {
             let w: [f64; 3] = std::array::from_fn(|k| first[k] + n as f64 * down[k]);
-            let value = w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
             // A little more than the triangle: no gap between neighbours.
             let (mut from, mut to) = (0.0f64, n_columns - 1.0);
             for k in 0..3 {
@@ -75,7 +75,7 @@ impl Canvas {
                 let from = from as usize + usize::from(from > (from as usize) as f64);
                 let end = (to as usize + 1).max(from);
                 let pixels = &mut self.pixels[row * self.width + columns.start..];
-                palette.fill(&mut pixels[from..end], value + from as f64 * dvalue, dvalue);
+                palette.fill(&mut pixels[from..end], &slope, [from, n]);
             }
         }
     }
