@@ -109,7 +109,7 @@ pub fn without_contact(case: &Path, file: &Path) -> Result<()> {
     let mut inside = false;
     let kept = text.lines().filter(|line| {
         if line.starts_with('[') {
-            inside = matches!(line, "[[contact]]" | "[exact]");
+            inside = matches!(*line, "[[contact]]" | "[exact]");
         }
         !inside
     });
