@@ -8,7 +8,7 @@ pub(super) type Rgb = [u8; 3];
 pub(super) type Pixel = [f64; 2];
 
 /// Drawn with this many points per pixel and direction.
-const FINE: usize = 3;
+const FINE: usize = 2;
 
 /// A bitmap, white at first.
 pub(super) struct Canvas {
