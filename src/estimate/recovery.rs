@@ -30,23 +30,28 @@ pub(super) fn recovered(body: &Body, group: &SimpleCommunicator, fields: &Fields
     let part = &body.part;
     let around = Around::new(part);
     let mut samples = Samples::default();
-    let mut packed = vec![0.0; part.n_owned * PACKED];
-    for (node, packed) in packed.chunks_exact_mut(PACKED).enumerate() {
-        if around.is_vertex[node] {
-            let vertex = vertex(body, fields, &around, node, &mut samples);
-            packed[0] = if vertex.inside { 2.0 } else { 1.0 };
-            packed[1] = vertex.fit.size;
-            packed[2..].copy_from_slice(vertex.fit.coefficients.as_flattened());
+    let mut own =
+        |node: usize| around.is_vertex[node].then(|| vertex(body, fields, &around, node, &mut samples));
+    let vertices: Vec<Option<Vertex>> = match group.size() {
+        1 => (0..part.n_owned).map(own).collect(),
+        _ => {
+            let mut packed = vec![0.0; part.n_owned * PACKED];
+            for (node, packed) in packed.chunks_exact_mut(PACKED).enumerate() {
+                if let Some(vertex) = own(node) {
+                    packed[0] = if vertex.inside { 2.0 } else { 1.0 };
+                    packed[1] = vertex.fit.size;
+                    packed[2..].copy_from_slice(vertex.fit.coefficients.as_flattened());
+                }
+            }
+            let all = with_ghosts(body, group, &packed)?;
+            let unpacked = std::iter::zip(all.chunks_exact(PACKED), &part.points).map(|(v, &center)| {
+                let terms: &[[f64; TERMS]] = v[2..].as_chunks().0;
+                let fit = Fit { center, size: v[1], coefficients: [terms[0], terms[1], terms[2]] };
+                (v[0] > 0.0).then_some(Vertex { fit, inside: v[0] > 1.0 })
+            });
+            unpacked.collect()
         }
-    }
-    let all = with_ghosts(body, group, &packed)?;
-    let vertices: Vec<Option<Vertex>> = std::iter::zip(all.chunks_exact(PACKED), &part.points)
-        .map(|(v, &center)| {
-            let terms: &[[f64; TERMS]] = v[2..].as_chunks().0;
-            let fit = Fit { center, size: v[1], coefficients: [terms[0], terms[1], terms[2]] };
-            (v[0] > 0.0).then_some(Vertex { fit, inside: v[0] > 1.0 })
-        })
-        .collect();
+    };
     Ok((0..part.n_local).map(|node| at_node(part, &around, &vertices, node)).collect())
 }
 
@@ -168,9 +173,6 @@ fn at_node(part: &MeshPart, around: &Around, vertices: &[Option<Vertex>], node: 
 /// Several numbers a node, from the owned nodes to all of the part. Collective on the group.
 fn with_ghosts(body: &Body, group: &SimpleCommunicator, packed: &[f64]) -> Result<Vec<f64>> {
     let (part, dim) = (&body.part, body.dim());
-    if group.size() == 1 {
-        return Ok(packed.to_vec());
-    }
     let mut all = vec![0.0; part.points.len() * PACKED];
     for first in (0..PACKED).step_by(dim) {
         let width = dim.min(PACKED - first);
