@@ -158,7 +158,7 @@ fn scaling(rows: &[Value]) -> Option<String> {
 fn ranks(rows: &[Value]) -> Option<String> {
     let row = rows.last()?;
     Some(format!(
-        "- two ranks do it with an efficiency of {:.2} ({:.2} without output) at {} unknowns",
+        "- two ranks have an efficiency of {:.2} ({:.2} without output) at {} unknowns",
         number(row, "efficiency")?,
         number(row, "efficiency_without_output")?,
         round(number(row, "dofs")?)
