@@ -86,7 +86,8 @@ impl Canvas {
         let [a, b] = [from, to].map(|p| p.map(|x| x * FINE as f64));
         let d = [b[0] - a[0], b[1] - a[1]];
         let length2 = (d[0] * d[0] + d[1] * d[1]).max(1e-12);
-        let reach = 0.5 * width * FINE as f64;
+        // Points at the edge are covered in part: as wide wherever it lies between the points.
+        let reach = 0.5 * width * FINE as f64 + 0.5;
         let rows = span(a[1].min(b[1]) - reach, a[1].max(b[1]) + reach, self.height);
         for row in rows {
             let y = row as f64 + 0.5;
@@ -100,9 +101,10 @@ impl Canvas {
                 let p = [column as f64 + 0.5 - a[0], y - a[1]];
                 let t = ((p[0] * d[0] + p[1] * d[1]) / length2).clamp(0.0, 1.0);
                 let (dx, dy) = (p[0] - t * d[0], p[1] - t * d[1]);
-                if dx * dx + dy * dy <= reach * reach {
+                let covered = (reach - (dx * dx + dy * dy).sqrt()).min(1.0);
+                if covered > 0.0 {
                     let pixel = &mut self.pixels[row * self.width + column];
-                    *pixel = std::array::from_fn(|k| mix(pixel[k], colour[k], opacity));
+                    *pixel = std::array::from_fn(|k| mix(pixel[k], colour[k], covered * opacity));
                 }
             }
         }
