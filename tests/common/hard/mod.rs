@@ -298,8 +298,9 @@ pub fn markdown(rows: &[Row]) -> String {
         Written by `scripts/hard`: every case and variant of [cases/hard](../cases/hard/README.md) on 1, 2 and 4 ranks \
         and, where the bodies touch, once more with the sides of its pairs swapped. Alternations and active-set \
         updates are those of 1 rank. The last column is the invariant that comes nearest to its limit and the fraction \
-        of the limit it reaches (VERIFICATION I1 to I5, I7; agreement between numbers of ranks to 1e-8; the swap to the \
-        discretisation error of the case; symmetry where the case is symmetric).\n\n\
+        of the limit it reaches (balance of forces, residual, tension, complementarity, penetration, virtual work; \
+        agreement between numbers of ranks to 1e-8; the swap to the discretisation error of the case; symmetry where \
+        the case is symmetric).\n\n\
         {passed} of {} as expected.\n\n\
         | case | outcome | expected | ok | alternations | updates | nearest invariant | of its limit |\n\
         |---|---|---|---|---:|---:|---|---:|\n",
