@@ -103,8 +103,9 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let mut r = self.residual_vector();
         let mut direction: Option<(Vec<f64>, Vec<f64>, f64)> = None;
         let mut best = (f64::INFINITY, 0);
+        let mut sizes = Vec::new();
         let early = tolerance > self.limits.tolerance;
-        for iteration in 0.. {
+        for iteration in 0_usize.. {
             let (scale, floor) = self.scales();
             let size = self.size(&r, scale);
             self.residual = if scale > 0.0 { size / scale } else { 0.0 };
@@ -120,7 +121,12 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 best = (size, iteration);
             }
             let waited = iteration - best.1;
-            let rests = |(patience, much): (usize, f64)| waited > patience && size <= much * floor;
+            // Conjugate gradients do not lower this norm at every iteration: on its way down from a peak it does not rest.
+            sizes.push(size);
+            let falls = |over: usize| size < 0.9 * sizes[iteration.saturating_sub(over)];
+            let rests = |(patience, much): (usize, f64)| {
+                waited > patience && size <= much * floor && !falls(patience / 2)
+            };
             if size <= floor || small && waited > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
                 return Ok(Inner::RoundOff);
             }
