@@ -22,7 +22,7 @@ use kontakt::{Error, Result};
 use plotters::chart::SeriesLabelPosition;
 use std::{
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::Command,
 };
 
 /// About how many unknowns are wanted, and how often each program runs.
@@ -91,27 +91,10 @@ impl Program {
 
     /// One run: what it spent and its peak pressure.
     fn run(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<(Spent, f64)> {
-        let file = directory.join(format!("{}.log", self.name()));
-        let log = std::fs::File::create(&file).map_err(Error::internal)?;
-        let errors = log.try_clone().map_err(Error::internal)?;
+        let log = directory.join(format!("{}.log", self.name()));
         let mut command = self.command(pair, dofs, directory);
-        command.env("OMP_NUM_THREADS", "1").stdout(log).stderr(Stdio::from(errors));
-        let done = process::run(&mut command).and_then(|spent| Ok((spent, self.peak(directory)?)));
-        if done.is_err() {
-            let said = std::fs::read_to_string(&file).unwrap_or_default();
-            eprintln!(
-                "{}",
-                said.lines()
-                    .rev()
-                    .take(20)
-                    .collect::<Vec<_>>()
-                    .into_iter()
-                    .rev()
-                    .collect::<Vec<_>>()
-                    .join("\n")
-            );
-        }
-        done
+        let spent = process::run(command.env("OMP_NUM_THREADS", "1"), &log)?;
+        Ok((spent, self.peak(directory)?))
     }
 }
 

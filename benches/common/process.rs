@@ -1,6 +1,14 @@
 //! Processes and what they cost.
 use kontakt::{Error, Result};
-use std::{process::Command, time::Instant};
+use std::{
+    fs::File,
+    path::Path,
+    process::{Command, Stdio},
+    time::Instant,
+};
+
+/// Lines of a log that an error quotes.
+const QUOTED: usize = 20;
 
 /// What a process and those it waited for have spent.
 #[derive(Debug, Clone, Copy)]
@@ -13,8 +21,10 @@ pub struct Spent {
     pub peak_mb: f64,
 }
 
-/// Runs a command to its end; an error if it fails.
-pub fn run(command: &mut Command) -> Result<Spent> {
+/// Runs a command to its end, what it says into the file `log`; an error with the last lines of it if it fails.
+pub fn run(command: &mut Command, log: &Path) -> Result<Spent> {
+    let said = File::create(log).map_err(Error::internal)?;
+    command.stdout(said.try_clone().map_err(Error::internal)?).stderr(Stdio::from(said));
     let start = Instant::now();
     let name = command.get_program().to_string_lossy().into_owned();
     let child = command.spawn().map_err(|e| Error::internal(format!("{name}: {e}")))?;
@@ -25,7 +35,10 @@ pub fn run(command: &mut Command) -> Result<Spent> {
         return Err(Error::internal(format!("{name}: {}", std::io::Error::last_os_error())));
     }
     if !libc::WIFEXITED(status) || libc::WEXITSTATUS(status) != 0 {
-        return Err(Error::internal(format!("{name} failed (status {status})")));
+        let said = std::fs::read_to_string(log).unwrap_or_default();
+        let first = said.lines().count().saturating_sub(QUOTED);
+        let last: Vec<&str> = said.lines().skip(first).collect();
+        return Err(Error::internal(format!("{name} failed (status {status}):\n{}", last.join("\n"))));
     }
     let seconds = |t: libc::timeval| t.tv_sec as f64 + 1e-6 * t.tv_usec as f64;
     Ok(Spent {

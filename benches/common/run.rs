@@ -45,7 +45,7 @@ impl Run {
         for set in &self.sets {
             command.args(["--set", set]);
         }
-        command.stdout(Stdio::null()).stderr(Stdio::null());
+        command.stdout(Stdio::null());
         command
     }
 
@@ -58,12 +58,10 @@ impl Run {
     }
 
     fn run_into(&self, out: &Path) -> Result<Done> {
-        // What it says is of interest if it fails.
-        let said = std::fs::File::create(out.with_extension("txt")).map_err(Error::internal)?;
-        let spent = process::run(self.command(&[], out).stderr(said));
-        let text = std::fs::read_to_string(out.with_extension("txt")).map_err(Error::internal)?;
-        let _ = std::fs::remove_file(out.with_extension("txt"));
-        let spent = spent.map_err(|e| Error::internal(format!("{e}: {text}")))?;
+        let log = out.with_extension("log");
+        let spent = process::run(&mut self.command(&[], out), &log);
+        let _ = std::fs::remove_file(log);
+        let spent = spent?;
         let text = std::fs::read_to_string(out.join("summary.json")).map_err(Error::internal)?;
         let summary = serde_json::from_str(&text).map_err(Error::internal)?;
         let bytes = std::fs::metadata(out.join("result.vtkhdf")).map_err(Error::internal)?.len();

@@ -19,17 +19,13 @@ use std::time::Duration;
 /// Starts MPI; `None` if it has been started. A process on its own needs no Open MPI daemon beside it, and has no rank to
 /// give way to while it waits. To be called before there are threads.
 pub fn initialize() -> Option<Universe> {
-    let launched = |name| std::env::var_os(name).is_some();
-    let mut settings = Vec::new();
-    if !["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"].into_iter().any(launched) {
-        settings.push(("OMPI_MCA_ess_singleton_isolated", "1"));
-    }
-    if !settings.is_empty() || std::env::var("OMPI_COMM_WORLD_SIZE").is_ok_and(|size| size == "1") {
-        settings.push(("OMPI_MCA_mpi_yield_when_idle", "0"));
-    }
-    for (name, value) in settings {
+    let is_set = |name| std::env::var_os(name).is_some();
+    if !["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"].into_iter().any(is_set) {
         // SAFETY: there is one thread.
-        unsafe { std::env::set_var(name, value) };
+        unsafe {
+            std::env::set_var("OMPI_MCA_ess_singleton_isolated", "1");
+            std::env::set_var("OMPI_MCA_mpi_yield_when_idle", "0");
+        }
     }
     mpi::initialize()
 }

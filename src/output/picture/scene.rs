@@ -6,6 +6,7 @@ use super::scale::round_near;
 use super::view::{View, Window};
 use crate::case::StressComponent;
 use crate::error::{Error, Result};
+use crate::mesh::Cell;
 use crate::output::{Field, Outline, Piece, Results};
 
 /// Element edges are drawn when fewer cells can be seen.
@@ -89,8 +90,7 @@ impl<'a> Scene<'a> {
             if around.overlaps(&panel) {
                 visible += 1;
                 if canvas.has_points(around.low, around.high) {
-                    let [width, height] = around.size();
-                    self.paint_cell(&mut canvas, &pixels, &palette, cell, width.max(height) < SMALL);
+                    self.paint_cell(&mut canvas, &pixels, &palette, cell);
                 }
             }
         }
@@ -111,14 +111,7 @@ impl<'a> Scene<'a> {
     }
 
     /// A fan of triangles about the middle, so that no diagonal is preferred; one from a corner where that cannot be seen.
-    fn paint_cell(
-        &self,
-        canvas: &mut Canvas,
-        pixels: &[Pixel],
-        palette: &Palette,
-        cell: &crate::mesh::Cell,
-        is_small: bool,
-    ) {
+    fn paint_cell(&self, canvas: &mut Canvas, pixels: &[Pixel], palette: &Palette, cell: &Cell) {
         let corner = |node: u32| (pixels[node as usize], self.stress[node as usize]);
         let rim: Vec<_> = cell
             .kind
@@ -129,7 +122,8 @@ impl<'a> Scene<'a> {
                 local.into_iter().flatten().map(|k| corner(cell.nodes()[k]))
             })
             .collect();
-        if rim.len() == 3 || is_small {
+        let [width, height] = Window::around(rim.iter().map(|corner| corner.0)).size();
+        if rim.len() == 3 || width.max(height) < SMALL {
             for ends in rim[1..].windows(2) {
                 let corners = [rim[0], ends[0], ends[1]];
                 canvas.triangle(corners.map(|c| c.0), corners.map(|c| c.1), palette);
