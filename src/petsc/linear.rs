@@ -2,7 +2,8 @@
 use super::{
     error::check,
     handle::{int, make},
-    has_option, set_options, sys,
+    session::default_option,
+    sys,
 };
 use crate::error::{Error, Result};
 use mpi::traits::{AsRaw, Communicator};
@@ -203,7 +204,7 @@ impl Matrix {
 
 /// MUMPS' choice of an ordering, and approximate minimum degree.
 const ORDERING: &str = "mat_mumps_icntl_7";
-const MINIMUM_DEGREE: i32 = 0;
+const MINIMUM_DEGREE: &str = "0";
 
 impl Ksp {
     /// A solver for `a`. Without options: one sparse Cholesky factorisation by MUMPS and nothing else; options with
@@ -213,11 +214,10 @@ impl Ksp {
         a: &Matrix,
         prefix: &str,
     ) -> Result<Self> {
-        // On one rank, for plane problems of up to a million unknowns, a nested dissection takes longer than it saves.
-        if comm.size() == 1 && !has_option(prefix, ORDERING)? {
-            set_options(&format!("-{prefix}{ORDERING} {MINIMUM_DEGREE}"))?;
-            // So that no one takes it for misspelt where another solver does not ask for it.
-            has_option(prefix, ORDERING)?;
+        // On one rank, for plane problems of up to a million unknowns, a nested dissection takes longer than it saves. An
+        // option, since PETSc 3.18 loses what MatMumpsSetIcntl says before the analysis.
+        if comm.size() == 1 {
+            default_option(prefix, ORDERING, MINIMUM_DEGREE)?;
         }
         let prefix = CString::new(prefix).map_err(Error::internal)?;
         // SAFETY: valid handles; PETSc copies the strings.

@@ -50,6 +50,15 @@ pub fn has_option(prefix: &str, name: &str) -> Result<bool> {
     Ok(found == sys::PetscBool::PETSC_TRUE)
 }
 
+/// Gives `-<prefix><name>` a value unless it has one. It counts as asked for: nobody has misspelt it.
+pub(super) fn default_option(prefix: &str, name: &str, value: &str) -> Result<()> {
+    if !has_option(prefix, name)? {
+        set_options(&format!("-{prefix}{name} {value}"))?;
+        has_option(prefix, name)?;
+    }
+    Ok(())
+}
+
 /// Names of options starting with `prefix` that nothing has asked for: most likely misspelt.
 pub fn option_prefixes_left(prefix: &str) -> Result<Vec<String>> {
     let (mut n, mut names, mut values) = (0, ptr::null_mut(), ptr::null_mut());
