@@ -2,7 +2,8 @@
 use super::Mesh;
 use crate::element::{MAX_NODES, load_rule};
 use crate::error::{Error, Result};
-use rustc_hash::FxHashMap;
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
 
 /// Checks that the mesh has cells, that every node is used, that no two nodes coincide, and the shape of each
 /// cell.
@@ -118,32 +119,19 @@ fn jacobian(mesh: &Mesh, number: usize) -> Result<()> {
 /// No two nodes lie in one place: they would be a crack, or two bodies read as one.
 fn coincident(mesh: &Mesh) -> Result<()> {
     let tolerance = 1e-12 * extent(mesh.points.iter());
-    let low = [0, 1].map(|d| mesh.points.iter().map(|p| p[d]).fold(f64::MAX, f64::min));
-    // The nodes by the box of a grid that they are in; near its sides the next box, too, is searched.
-    let size = 4.0 * tolerance;
-    let mut last: FxHashMap<[i64; 2], u32> = FxHashMap::default();
-    last.reserve(mesh.points.len());
-    let mut before = vec![u32::MAX; mesh.points.len()];
+    let indexed = |(i, p): (usize, &[f64; 3])| GeomWithData::new([p[0], p[1]], i);
+    let tree = RTree::bulk_load(mesh.points.iter().enumerate().map(indexed).collect());
     for (i, p) in mesh.points.iter().enumerate() {
-        // Rounded down, being positive.
-        let at = |d: usize, shift: f64| ((p[d] - low[d] + shift) / size + 1.0) as i64;
-        let [x, y] = [0, 1].map(|d| at(d, -tolerance)..=at(d, tolerance));
-        for key in x.flat_map(|x| y.clone().map(move |y| [x, y])) {
-            let mut other = last.get(&key).copied().unwrap_or(u32::MAX);
-            while let Some(q) = mesh.points.get(other as usize) {
-                if (p[0] - q[0]).hypot(p[1] - q[1]) <= tolerance {
-                    return Err(Error::input(format!(
-                        "two nodes, {other} and {i}, lie at {} and are not connected: a crack, or nodes that \
-                         should be one. \
-                         Remove duplicate nodes in the mesher (Gmsh: Coherence), or choose one body by its group \
-                         name",
-                        place(mesh, i as u32)
-                    )));
-                }
-                other = before[other as usize];
-            }
+        let near = tree.locate_within_distance([p[0], p[1]], tolerance * tolerance);
+        if let Some(other) = near.map(|found| found.data).find(|&other| other > i) {
+            return Err(Error::input(format!(
+                "two nodes, {i} and {other}, lie at {} and are not connected: a crack, or nodes that \
+                 should be one. \
+                 Remove duplicate nodes in the mesher (Gmsh: Coherence), or choose one body by its group \
+                 name",
+                place(mesh, i as u32)
+            )));
         }
-        before[i] = last.insert([at(0, 0.0), at(1, 0.0)], i as u32).unwrap_or(u32::MAX);
     }
     Ok(())
 }

@@ -262,3 +262,25 @@ fn a_soft_mode_on_a_spring_is_the_body_as_a_whole() {
     let pushed: f64 = std::iter::zip(&found[1].force, &bending).map(|(f, z)| f * z).sum();
     assert!((pushed + 0.1 * found[1].force[n] - work).abs() < 1e-12 * work.abs().max(pushed));
 }
+
+/// A free body in the way of the other one, with no load on it: it gives way until the two touch, and no further, whatever
+/// the round-off of the gaps.
+#[test]
+fn a_body_without_load_is_pushed_away_until_it_touches() {
+    let n = 21;
+    for case in 0..200 {
+        let (c, x) = half_plane(n, 1.0);
+        let mut free = body(c.clone());
+        // A translation and a tilt.
+        free.modes = vec![vec![1.0; n], x.clone()];
+        free.work = vec![0.0, 0.0];
+        let mut bodies = [free, body(c)];
+        let gap: Vec<f64> =
+            (0..n).map(|j| -1e-3 * (1.0 + ((7 * case + 1) as f64 * (j + 1) as f64).sin())).collect();
+        let deepest = gap.iter().map(|g| -g).fold(0.0, f64::max);
+        let run = run(&mut bodies, gap, 1.0, 1.0).expect("nothing drives it");
+        assert_eq!(run.reason, Reason::Open, "{case}");
+        let nearest = run.gaps.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(nearest.abs() <= 1e-12 * deepest, "{case}: the nearest nodes are {nearest:e} apart");
+    }
+}

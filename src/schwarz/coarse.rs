@@ -304,6 +304,12 @@ impl Coarse {
                 return None;
             }
         }
+        if slope(high) == [0.0, 0.0] {
+            // Nothing resists there any more: as far as the last row that does.
+            let leaving = (0..self.n_rows).filter(|&j| pen[j] > 0.0 && along[j] < 0.0);
+            let leaves = leaving.map(|j| pen[j] / -along[j]);
+            return Some(exchange.max(&[leaves.fold(0.0, f64::max)])[0]);
+        }
         // Newton on the piecewise linear slope, kept inside the bracket.
         let mut t = high;
         for _ in 0..START_ITERATIONS {
