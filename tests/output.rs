@@ -447,9 +447,10 @@ fn big_piece(n: usize) -> Piece {
     Piece { points: vec![[0.0; 3]; n], point_fields: vec![field], ..Piece::default() }
 }
 
-/// Caps the size of files this process can write: what a full disk is, for one rank only.
-fn limit_file_size(bytes: u64) {
-    let limit = libc::rlimit { rlim_cur: bytes, rlim_max: libc::RLIM_INFINITY };
+/// Caps the size of files this process can write: what a full disk is, for one rank only. `None`: no cap.
+fn limit_file_size(bytes: Option<u64>) {
+    let limit =
+        libc::rlimit { rlim_cur: bytes.unwrap_or(libc::RLIM_INFINITY), rlim_max: libc::RLIM_INFINITY };
     // SAFETY: plain system calls; the signal that would end the process is ignored, so that writing fails.
     unsafe {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
@@ -467,12 +468,13 @@ fn a_full_disk_ends_all_ranks_alike() {
             write_standard(world, &path).unwrap();
             let (piece, run) = (big_piece(200_000), run_info(Units::Si));
             let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
-            if world.rank() == 0 {
-                limit_file_size(2_000_000);
+            // Rank 0 cannot make the file as long as it must be; the others fail in the middle of their rows.
+            for full in [2, 1, 0] {
+                limit_file_size((world.rank() == full).then_some(2_000_000));
+                let e = write(world, &path, &file).unwrap_err();
+                assert_eq!(e.exit_code(), 1, "{e}");
+                assert!(e.to_string().contains("cannot write"), "{e}");
             }
-            let e = write(world, &path, &file).unwrap_err();
-            assert_eq!(e.exit_code(), 1, "{e}");
-            assert!(e.to_string().contains("cannot write"), "{e}");
         },
         // The old file is as it was, and nothing else is left.
         |directory, _| {

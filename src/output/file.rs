@@ -1,12 +1,14 @@
 //! Writing `result.vtkhdf`: all ranks together, under a hidden name until it is complete.
 use super::agree::{agree, on_rank_zero, same_everywhere};
-use super::hdf5_rows::Plan;
+use super::hdf5_rows::{Place, Plan};
+use super::spread::Spread;
 use super::{ResultFile, history, steps, tables, vtkhdf};
 use crate::error::{Error, Result};
 use hdf5::File;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
-use std::mem::ManuallyDrop;
+use rustix::fs::{FallocateFlags, fallocate};
+use rustix::io::Errno;
 use std::path::{Path, PathBuf};
 
 /// Collective over `comm`, usually the world. Writes the file in parallel; an error on any rank is returned
@@ -48,8 +50,6 @@ pub(super) fn part_name(path: &Path) -> PathBuf {
 /// on.
 fn publish(part: &Path, path: &Path) -> Result<()> {
     let failed = |e: std::io::Error| Error::internal(e);
-    // Some file systems report a full disk no sooner than this.
-    std::fs::File::open(part).and_then(|file| file.sync_all()).map_err(failed)?;
     match std::fs::remove_file(path.with_file_name(super::SUMMARY)) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(failed(e)),
         _ => {}
@@ -57,60 +57,51 @@ fn publish(part: &Path, path: &Path) -> Result<()> {
     std::fs::rename(part, path).map_err(failed)
 }
 
-/// Collective. Opening and closing are collective too: the file is closed by all ranks, whatever happened in
-/// between.
+/// Collective. Rank 0 makes the structure; then every rank writes its rows into it.
 fn write_part(comm: &SimpleCommunicator, part: &Path, result: &ResultFile) -> Result<()> {
-    let opened = File::with_options().with_fapl(|access| access.mpio(comm.as_raw(), None)).create(part);
-    // Where only some ranks could open it, closing would wait for the others: these keep their handle.
-    let file = ManuallyDrop::new(agree(comm, opened.map_err(Error::from))?);
-    let filled = fill(comm, &file, part, result);
-    let file = ManuallyDrop::into_inner(file);
-    let closed = agree(comm, file.close().map_err(Error::from));
-    filled.and(closed)
+    let spread = Spread::new(comm, result)?;
+    let mut plan = agree(comm, structure(&spread, part, result))?;
+    plan.locate(comm);
+    agree(comm, plan.write(part).map_err(Error::internal))
 }
 
-/// Collective.
-fn fill(comm: &SimpleCommunicator, file: &File, part: &Path, result: &ResultFile) -> Result<()> {
-    let plan = agree(comm, create_all(comm, file, result))?;
-    agree(comm, file.flush().map_err(Error::from))?;
-    on_rank_zero(comm, || reserve(part))?;
-    plan.write(comm)
-}
-
-/// Collective. Creates every group, attribute and dataset.
-fn create_all<'a>(comm: &SimpleCommunicator, file: &File, result: &ResultFile<'a>) -> Result<Plan<'a>> {
-    let mut plan = Plan::default();
-    vtkhdf::create(comm, file, result, &mut plan)?;
-    tables::create_contact(comm, file, result, &mut plan)?;
-    history::create(comm, file, result.history, result.pairs, result.run, &mut plan)?;
-    tables::create_run(comm, file, result.run, &mut plan)?;
-    tables::create_rigid(comm, file, result.run, &mut plan)?;
-    if let Some(table) = &result.run.steps {
-        steps::create_table(comm, file, table, &mut plan)?;
+/// Makes the file with every group, attribute and dataset, on rank 0; gives the rows it waits for, on all.
+fn structure<'a>(spread: &Spread, part: &Path, result: &ResultFile<'a>) -> Result<Plan<'a>> {
+    if spread.rank > 0 {
+        return create_all(spread, &Place(None), result);
     }
+    reserve(part, create_all(spread, &Place(None), result)?.length())?;
+    let file = File::create(part)?;
+    let plan = create_all(spread, &Place(Some(file.group("/")?)), result)?;
+    file.close()?;
     Ok(plan)
 }
 
-/// Takes the file's space from the disk before the data go out, so that a full disk is found by one rank,
-/// here. Found by one rank in the middle of a collective write, it can leave the others waiting for ever
-/// inside MPI-IO.
-///
-/// Flushing gave the file its full length, most of it a hole.
-fn reserve(part: &Path) -> Result<()> {
-    use std::os::fd::AsRawFd;
-    let file = std::fs::OpenOptions::new().read(true).write(true).open(part).map_err(Error::internal)?;
-    let length = file.metadata().map_err(Error::internal)?.len();
-    let length = libc::off_t::try_from(length).map_err(Error::internal)?;
-    // SAFETY: the descriptor is open; the call touches no memory.
-    match unsafe { libc::posix_fallocate(file.as_raw_fd(), 0, length) } {
-        0 => Ok(()),
-        // Not every file system can reserve; one that cannot is no reason to stop.
-        code if !matches!(code, libc::ENOSPC | libc::EDQUOT | libc::EFBIG) => Ok(()),
-        code => {
-            let e = std::io::Error::from_raw_os_error(code);
-            Err(Error::internal(format!("{e} ({} MB needed)", length / 1_000_000)))
+/// Makes sure that the disk has room for a file of about this length, bytes: HDF5 does not survive a close that
+/// fails.
+fn reserve(part: &Path, length: u64) -> Result<()> {
+    let file = std::fs::OpenOptions::new().write(true).open(part).map_err(Error::internal)?;
+    match fallocate(&file, FallocateFlags::empty(), 0, length) {
+        Err(e @ (Errno::NOSPC | Errno::DQUOT | Errno::FBIG)) => {
+            let e = std::io::Error::from(e);
+            Err(Error::internal(format!("{e} ({} MB needed)", length.div_ceil(1_000_000))))
         }
+        // Not every file system can reserve; one that cannot is no reason to stop.
+        _ => Ok(()),
     }
+}
+
+fn create_all<'a>(spread: &Spread, file: &Place, result: &ResultFile<'a>) -> Result<Plan<'a>> {
+    let mut plan = Plan::default();
+    vtkhdf::create(spread, file, result, &mut plan)?;
+    tables::create_contact(spread, file, result, &mut plan)?;
+    history::create(spread, file, result, &mut plan)?;
+    tables::create_run(spread, file, result.run, &mut plan)?;
+    tables::create_rigid(spread, file, result.run, &mut plan)?;
+    if let Some(table) = &result.run.steps {
+        steps::create_table(spread, file, table, &mut plan)?;
+    }
+    Ok(plan)
 }
 
 /// Writes a small file, complete or not at all. Not collective.

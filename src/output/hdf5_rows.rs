@@ -1,17 +1,50 @@
-//! Datasets whose rows are spread over the ranks, filled by collective writes.
+//! The file's structure, which rank 0 makes with HDF5, and the rows of its datasets, which every rank then puts
+//! into their place in the file.
 //!
-//! HDF5 wants all ranks to create the same things in the same order: what is marked collective here, all
-//! ranks call.
-use super::agree::agree;
-use super::hdf5_text::{Handle, check, string_attribute};
-use crate::error::Result;
+//! The datasets are contiguous, so that HDF5 can say where they begin. Collective writes through MPI-IO would do
+//! the same, but one rank's failure in the middle of them (a full disk) can leave the others waiting for ever.
+use super::hdf5_text::string_attribute;
+use crate::error::{Error, Result};
+use hdf5::plist::dataset_create::{AllocTime, FillTime, Layout};
 use hdf5::types::TypeDescriptor;
-use hdf5::{Dataset, Datatype, Extents, Group};
-use hdf5_sys::{h5d::*, h5p::*, h5s::*};
+use hdf5::{Dataset, Extents, Group, H5Type};
 use mpi::topology::SimpleCommunicator;
+use mpi::traits::*;
 use std::borrow::Cow;
-use std::ffi::c_void;
-use std::ptr;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+
+/// A group of the file, on rank 0; on the others nothing, and all that is done to it does nothing.
+pub(super) struct Place(pub Option<Group>);
+
+impl Place {
+    /// Creates a group in this one.
+    pub fn group(&self, name: &str) -> Result<Place> {
+        Ok(Place(self.0.as_ref().map(|group| group.create_group(name)).transpose()?))
+    }
+
+    /// Creates an attribute of a text.
+    pub fn text(&self, name: &str, value: &str) -> Result<()> {
+        self.0.as_ref().map_or(Ok(()), |group| string_attribute(group, name, value))
+    }
+
+    /// Creates an attribute of a number.
+    pub fn number<T: H5Type>(&self, name: &str, value: T) -> Result<()> {
+        let Some(group) = &self.0 else { return Ok(()) };
+        Ok(group.new_attr::<T>().create(name)?.write_scalar(&value)?)
+    }
+
+    /// Creates an attribute of several numbers.
+    pub fn numbers<T: H5Type>(&self, name: &str, values: &[T]) -> Result<()> {
+        let Some(group) = &self.0 else { return Ok(()) };
+        Ok(group.new_attr::<T>().shape(values.len()).create(name)?.write_raw(values)?)
+    }
+
+    /// A second name for what has one.
+    pub fn link(&self, target: &str, name: &str) -> Result<()> {
+        self.0.as_ref().map_or(Ok(()), |group| Ok(group.link_hard(target, name)?))
+    }
+}
 
 /// This rank's rows of a dataset.
 pub(super) struct Rows<'a> {
@@ -39,11 +72,11 @@ pub(super) enum Values<'a> {
 }
 
 impl Values<'_> {
-    /// Texts of any length; rows on rank 0 only, the same width everywhere.
-    pub fn text(texts: &[impl AsRef<str>], held_here: bool) -> Self {
+    /// Texts of any length.
+    pub fn text(texts: &[impl AsRef<str>]) -> Self {
         let width = texts.iter().map(|t| t.as_ref().len()).max().unwrap_or(0).max(1);
         let mut bytes = Vec::new();
-        for (i, text) in texts.iter().enumerate().filter(|_| held_here) {
+        for (i, text) in texts.iter().enumerate() {
             bytes.extend_from_slice(text.as_ref().as_bytes());
             bytes.resize((i + 1) * width, 0);
         }
@@ -61,123 +94,126 @@ impl Values<'_> {
         }
     }
 
-    /// Number of values, a string being one.
-    fn len(&self) -> usize {
+    /// The values as they are in memory, and in the file.
+    fn bytes(&self) -> &[u8] {
         match self {
-            Values::F64(v) => v.len(),
-            Values::I64(v) => v.len(),
-            Values::I32(v) => v.len(),
-            Values::U8(v) => v.len(),
-            Values::Text { bytes, width } => bytes.len() / width,
+            Values::F64(v) => bytemuck::cast_slice(v),
+            Values::I64(v) => bytemuck::cast_slice(v),
+            Values::I32(v) => bytemuck::cast_slice(v),
+            Values::U8(v) => v,
+            Values::Text { bytes, .. } => bytes,
         }
     }
 
-    fn as_ptr(&self) -> *const c_void {
+    /// HDF5's type of a value, and its length in bytes.
+    fn datatype(&self) -> TypeDescriptor {
         match self {
-            Values::F64(v) => v.as_ptr().cast(),
-            Values::I64(v) => v.as_ptr().cast(),
-            Values::I32(v) => v.as_ptr().cast(),
-            Values::U8(v) => v.as_ptr().cast(),
-            Values::Text { bytes, .. } => bytes.as_ptr().cast(),
-        }
-    }
-
-    fn datatype(&self) -> hdf5::Result<Datatype> {
-        match self {
-            Values::F64(_) => Datatype::from_type::<f64>(),
-            Values::I64(_) => Datatype::from_type::<i64>(),
-            Values::I32(_) => Datatype::from_type::<i32>(),
-            Values::U8(_) => Datatype::from_type::<u8>(),
-            Values::Text { width, .. } => Datatype::from_descriptor(&TypeDescriptor::FixedUnicode(*width)),
+            Values::F64(_) => f64::type_descriptor(),
+            Values::I64(_) => i64::type_descriptor(),
+            Values::I32(_) => i32::type_descriptor(),
+            Values::U8(_) => u8::type_descriptor(),
+            Values::Text { width, .. } => TypeDescriptor::FixedUnicode(*width),
         }
     }
 }
 
-/// Datasets that exist already and wait for their rows.
-///
-/// All are created before the first is filled, so that the file's length is known, and its space reserved,
-/// before much is written.
+/// Datasets that wait for their rows. Every rank has the same ones in the same order.
 #[derive(Default)]
-pub(super) struct Plan<'a>(Vec<(Dataset, Rows<'a>)>);
+pub(super) struct Plan<'a> {
+    rows: Vec<Rows<'a>>,
+    /// Where the dataset of each begins in the file; known on rank 0.
+    offsets: Vec<u64>,
+    length: u64,
+}
 
 impl<'a> Plan<'a> {
-    /// Collective. Creates a dataset with a `unit` attribute, if it has a unit.
-    pub fn add(&mut self, group: &Group, name: &str, unit: Option<&str>, rows: Rows<'a>) -> Result<()> {
+    /// Creates a dataset with a `unit` attribute, if it has a unit.
+    pub fn add(&mut self, group: &Place, name: &str, unit: Option<&str>, rows: Rows<'a>) -> Result<()> {
         self.add_blocks(group, name, unit, vec![rows])
     }
 
-    /// Collective. Creates a dataset that is filled in several writes, one after the other: at least one, all of
-    /// the same type and the same total.
+    /// Creates a dataset that is filled in several writes, one after the other: at least one, all of the same type
+    /// and the same total.
     pub fn add_blocks(
         &mut self,
-        group: &Group,
+        group: &Place,
         name: &str,
         unit: Option<&str>,
         blocks: Vec<Rows<'a>>,
     ) -> Result<()> {
         let Some(first) = blocks.first() else { return Ok(()) };
-        let dataset = match first.columns {
-            1 => create(group, name, &first.values, first.total),
-            columns => create(group, name, &first.values, (first.total, columns)),
-        }?;
-        if let Some(unit) = unit {
-            string_attribute(&dataset, "unit", unit)?;
-        }
-        self.0.extend(blocks.into_iter().map(|rows| (dataset.clone(), rows)));
+        let offset = self.create(group, name, unit, first, first.columns > 1)?;
+        self.offsets.extend(blocks.iter().map(|_| offset));
+        self.rows.extend(blocks);
         Ok(())
     }
 
-    /// Collective. Creates a dataset of two dimensions, even for one column.
-    pub fn add_table(&mut self, group: &Group, name: &str, rows: Rows<'a>) -> Result<()> {
-        let dataset = create(group, name, &rows.values, (rows.total, rows.columns))?;
-        self.0.push((dataset, rows));
+    /// Creates a dataset of two dimensions, even for one column.
+    pub fn add_table(&mut self, group: &Place, name: &str, rows: Rows<'a>) -> Result<()> {
+        let offset = self.create(group, name, None, &rows, true)?;
+        self.offsets.push(offset);
+        self.rows.push(rows);
         Ok(())
     }
 
-    /// Collective. Fills the datasets one after the other, all ranks together; stops, on all ranks, at the
-    /// first that fails on any.
-    pub fn write(self, comm: &SimpleCommunicator) -> Result<()> {
-        for (dataset, rows) in self.0 {
-            if rows.total > 0 {
-                agree(comm, write_rows(&dataset, &rows))?;
-            }
+    fn create(
+        &mut self,
+        group: &Place,
+        name: &str,
+        unit: Option<&str>,
+        rows: &Rows,
+        table: bool,
+    ) -> Result<u64> {
+        let Rows { total, columns, ref values, .. } = *rows;
+        // HDF5 describes a dataset in half a kilobyte and keeps its names in larger blocks.
+        self.length += (total * columns * values.datatype().size() + 2048) as u64;
+        match &group.0 {
+            None => Ok(0),
+            Some(group) if table => create(group, name, unit, values, (total, columns)),
+            Some(group) => create(group, name, unit, values, total),
         }
-        Ok(())
+    }
+
+    /// Bytes of the file, nearly: those of the rows of all ranks, and what HDF5 needs beside them.
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Collective. Tells all ranks where the datasets are.
+    pub fn locate(&mut self, comm: &SimpleCommunicator) {
+        comm.process_at_rank(0).broadcast_into(&mut self.offsets[..]);
+    }
+
+    /// Puts this rank's rows into the file, whose structure is complete, and on the disk.
+    pub fn write(&self, path: &Path) -> std::io::Result<()> {
+        let file = std::fs::OpenOptions::new().write(true).open(path)?;
+        for (rows, offset) in std::iter::zip(&self.rows, &self.offsets) {
+            let before = rows.start * rows.columns * rows.values.datatype().size();
+            file.write_all_at(rows.values.bytes(), offset + before as u64)?;
+        }
+        // Some file systems report a full disk no sooner than this.
+        file.sync_all()
     }
 }
 
-/// Collective.
-fn create(group: &Group, name: &str, values: &Values, shape: impl Into<Extents>) -> Result<Dataset> {
-    let kind = values.datatype()?.to_descriptor()?;
-    Ok(group.new_dataset_builder().empty_as(&kind).shape(shape).create(name)?)
-}
-
-/// Collective write of this rank's rows, of which there may be none.
-fn write_rows(dataset: &Dataset, rows: &Rows) -> Result<()> {
-    let n = rows.values.len() / rows.columns;
-    let start = [rows.start as u64, 0];
-    let count = [n as u64, rows.columns as u64];
-    let rank = dataset.ndim().min(2);
-    let space = dataset.space()?;
-    let len = rows.values.len() as u64;
-    let datatype = rows.values.datatype()?;
-    // SAFETY: `start` and `count` have at least `rank` entries; the memory space has `len` values, all
-    // selected (or none).
-    hdf5::sync::sync(|| unsafe {
-        let memory = Handle::new(H5Screate_simple(1, &len, ptr::null()), H5Sclose, "H5Screate_simple")?;
-        if n == 0 {
-            check(H5Sselect_none(memory.0), "H5Sselect_none")?;
-            check(H5Sselect_none(space.id()), "H5Sselect_none")?;
-        } else {
-            let (start, count) = (start[..rank].as_ptr(), count[..rank].as_ptr());
-            let selected =
-                H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start, ptr::null(), count, ptr::null());
-            check(selected, "H5Sselect_hyperslab")?;
-        }
-        let transfer = Handle::new(H5Pcreate(*H5P_CLS_DATASET_XFER), H5Pclose, "H5Pcreate")?;
-        check(H5Pset_dxpl_mpio(transfer.0, H5FD_mpio_xfer_t::H5FD_MPIO_COLLECTIVE), "H5Pset_dxpl_mpio")?;
-        let values = rows.values.as_ptr();
-        let written = H5Dwrite(dataset.id(), datatype.id(), memory.0, space.id(), transfer.0, values);
-        check(written, &format!("writing {} (is the disk full?)", dataset.name()))
-    })
+/// Creates a dataset and takes its space in the file; gives the place of its first byte.
+fn create(
+    group: &Group,
+    name: &str,
+    unit: Option<&str>,
+    values: &Values,
+    shape: impl Into<Extents>,
+) -> Result<u64> {
+    let builder = group.new_dataset_builder().empty_as(values.datatype()).shape(shape);
+    let builder = builder.layout(Layout::Contiguous).fill_time(FillTime::Never);
+    let dataset: Dataset = builder.alloc_time(Some(AllocTime::Early)).create(name)?;
+    if let Some(unit) = unit {
+        string_attribute(&dataset, "unit", unit)?;
+    }
+    match dataset.offset() {
+        Some(offset) => Ok(offset),
+        // Nothing will be written there.
+        None if dataset.size() == 0 => Ok(0),
+        None => Err(Error::internal(format!("HDF5: {} has no place in the file", dataset.name()))),
+    }
 }

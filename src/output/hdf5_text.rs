@@ -3,7 +3,7 @@ use crate::error::{Error, Result};
 use hdf5_sys::{h5::herr_t, h5a::*, h5d::*, h5i::hid_t, h5p::H5P_DEFAULT, h5s::*, h5t::*};
 use std::ffi::CString;
 
-/// Collective. A string attribute of fixed length (VTK's readers do not take others).
+/// A string attribute of fixed length (VTK's readers do not take others).
 pub(super) fn string_attribute(object: &hdf5::Location, name: &str, value: &str) -> Result<()> {
     let name = c_string(name)?;
     // HDF5 has no strings of length 0: pad with NUL.

@@ -1,12 +1,10 @@
 //! The group `/history`: a row per alternation, and the same per contact pair in `/history/pairs/<pair>`.
-use super::hdf5_rows::{Plan, Rows, Values};
-use super::hdf5_text::string_attribute;
+use super::hdf5_rows::{Place, Plan, Rows, Values};
+use super::spread::Spread;
 use super::tables::group_name;
-use super::{PairTables, RunInfo};
+use super::{PairTables, ResultFile, RunInfo};
 use crate::error::{Error, Result};
-use hdf5::{File, Group, H5Type};
-use mpi::topology::SimpleCommunicator;
-use mpi::traits::*;
+use hdf5::{Group, H5Type};
 use std::borrow::Cow;
 
 /// One row of the history: an alternation.
@@ -95,48 +93,45 @@ const PAIR_REALS: [Real<PairRow>; 4] = [
 const PAIR_COUNTS: [Count<PairRow>; 3] =
     [("active", |row| row.active), ("open", |row| row.open), ("flips", |row| row.flips)];
 
-/// Collective. Creates `/history` from the rows of rank 0. The column `step` is there if the case has steps.
+/// Creates `/history` from the rows of rank 0. The column `step` is there if the case has steps.
 pub(super) fn create<'a>(
-    comm: &SimpleCommunicator,
-    file: &File,
-    history: &'a [HistoryRow],
-    pairs: &[PairTables],
-    run: &RunInfo,
+    spread: &Spread,
+    file: &Place,
+    result: &ResultFile<'a>,
     plan: &mut Plan<'a>,
 ) -> Result<()> {
-    let own = if comm.rank() == 0 { history } else { &[] };
-    let mut sizes = [own.len() as u64, own.first().map_or(0, |row| row.pairs.len() as u64)];
-    comm.process_at_rank(0).broadcast_into(&mut sizes[..]);
-    let group = file.create_group("history")?;
-    let mut columns = Columns { group: &group, own: own.iter().collect(), total: sizes[0] as usize, run };
+    let ResultFile { history, pairs, run, .. } = *result;
+    let own = spread.on_first(history);
+    let total = spread.history;
+    let group = file.group("history")?;
+    let columns = Columns { group: &group, own: own.iter().collect(), total, run };
     if run.steps.is_some() {
         columns.add(plan, &[], &[("step", |row: &HistoryRow| row.step)])?;
     }
     columns.add(plan, &REALS, &COUNTS)?;
-    if sizes[1] == 0 {
+    if !spread.history_of_pairs {
         return Ok(());
     }
-    let all = group.create_group("pairs")?;
+    let all = group.group("pairs")?;
     for (p, pair) in pairs.iter().enumerate() {
-        let group = all.create_group(&group_name(&pair.name))?;
-        string_attribute(&group, "name", &pair.name)?;
+        let group = all.group(&group_name(&pair.name))?;
+        group.text("name", &pair.name)?;
         let own = own.iter().map(|row| &row.pairs[p]).collect();
-        Columns { group: &group, own, total: columns.total, run }.add(plan, &PAIR_REALS, &PAIR_COUNTS)?;
+        Columns { group: &group, own, total, run }.add(plan, &PAIR_REALS, &PAIR_COUNTS)?;
     }
     Ok(())
 }
 
 /// Rows of rank 0 that become datasets, one per column.
 struct Columns<'a, 'b, T> {
-    group: &'a Group,
+    group: &'a Place,
     own: Vec<&'b T>,
     total: usize,
     run: &'a RunInfo,
 }
 
 impl<T> Columns<'_, '_, T> {
-    /// Collective.
-    fn add(&mut self, plan: &mut Plan, reals: &[Real<T>], counts: &[Count<T>]) -> Result<()> {
+    fn add(&self, plan: &mut Plan, reals: &[Real<T>], counts: &[Count<T>]) -> Result<()> {
         let rows = |values| Rows { start: 0, total: self.total, columns: 1, values };
         for (name, unit, column) in reals {
             let values = self.own.iter().map(|row| column(row)).collect::<Cow<_>>();

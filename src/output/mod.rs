@@ -15,6 +15,7 @@ mod picture;
 mod read;
 mod reason;
 mod result;
+mod spread;
 mod steps;
 mod summary;
 mod tables;

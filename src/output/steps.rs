@@ -1,75 +1,59 @@
 //! The load steps: `/VTKHDF/Steps`, by which ParaView plays them, and `/steps`, what acted in each.
 //!
 //! The grid is written once: every step starts at its first part, point and cell, and only the fields move on.
-use super::hdf5_rows::{Plan, Rows, Values};
+use super::hdf5_rows::{Place, Plan, Values};
 use super::hdf5_text::read_strings;
+use super::spread::Spread;
 use super::{Field, LoadStep, Piece, Reason};
 use crate::error::{Error, Result};
-use hdf5::{File, Group};
-use mpi::topology::SimpleCommunicator;
-use mpi::traits::*;
+use hdf5::File;
 
-/// Collective. Creates `Steps` in the group `/VTKHDF`, for a grid of so many parts, points and cells.
+/// Creates `Steps` in the group `/VTKHDF`.
 pub(super) fn create_time(
-    comm: &SimpleCommunicator,
-    vtkhdf: &Group,
+    spread: &Spread,
+    vtkhdf: &Place,
     piece: &Piece,
     n_steps: usize,
-    [n_points, n_cells]: [usize; 2],
     plan: &mut Plan,
 ) -> Result<()> {
-    let group = vtkhdf.create_group("Steps")?;
-    group.new_attr::<i64>().create("NSteps")?.write_scalar(&(n_steps as i64))?;
-    let first = comm.rank() == 0;
+    let group = vtkhdf.group("Steps")?;
+    group.number("NSteps", n_steps as i64)?;
     let times = (1..=n_steps).map(|k| k as f64).collect();
-    plan.add(&group, "Values", None, on_first(first, n_steps, Values::F64(times)))?;
+    plan.add(&group, "Values", None, spread.rows_of_first(n_steps, Values::F64(times)))?;
     // `stride` rows from one step to the next.
     let starts = |stride: usize| {
-        on_first(first, n_steps, Values::I64((0..n_steps).map(|k| (k * stride) as i64).collect()))
+        spread.rows_of_first(n_steps, Values::I64((0..n_steps).map(|k| (k * stride) as i64).collect()))
     };
-    let parts = Values::I64(vec![i64::from(comm.size()); n_steps].into());
-    plan.add(&group, "NumberOfParts", None, on_first(first, n_steps, parts))?;
+    let parts = Values::I64(vec![spread.size as i64; n_steps].into());
+    plan.add(&group, "NumberOfParts", None, spread.rows_of_first(n_steps, parts))?;
     plan.add(&group, "PartOffsets", None, starts(0))?;
     plan.add(&group, "PointOffsets", None, starts(0))?;
     // A column per topology, of which an unstructured grid has one.
     plan.add_table(&group, "CellOffsets", starts(0))?;
     plan.add_table(&group, "ConnectivityIdOffsets", starts(0))?;
     let mut offsets = |name: &str, fields: &[Field], stride: usize| {
-        let group = group.create_group(name)?;
+        let group = group.group(name)?;
         fields.iter().try_for_each(|field| plan.add(&group, &field.name, None, starts(stride)))?;
         Ok::<_, Error>(group)
     };
-    offsets("PointDataOffsets", &piece.point_fields, n_points)?;
-    let of_cells = offsets("CellDataOffsets", &piece.cell_fields, n_cells)?;
+    offsets("PointDataOffsets", &piece.point_fields, spread.points.total)?;
+    let of_cells = offsets("CellDataOffsets", &piece.cell_fields, spread.cells.total)?;
     let of_fields = offsets("FieldDataOffsets", &[], 0)?;
     plan.add(&of_cells, "body", None, starts(0))?;
     plan.add(&of_fields, "alternations", None, starts(1))?;
     plan.add(&of_fields, "converged", None, starts(1))
 }
 
-/// Rows that rank 0 writes.
-fn on_first(first: bool, total: usize, values: Values<'static>) -> Rows<'static> {
-    Rows { start: 0, total, columns: 1, values: if first { values } else { values.none() } }
-}
-
-/// Collective. Creates `/steps`: a row per step.
-pub(super) fn create_table(
-    comm: &SimpleCommunicator,
-    file: &File,
-    steps: &[LoadStep],
-    plan: &mut Plan,
-) -> Result<()> {
-    let (first, n) = (comm.rank() == 0, steps.len());
-    let group = file.create_group("steps")?;
-    let mut add = |name: &str, values: Values<'static>| {
-        plan.add(&group, name, None, Rows { start: 0, total: n, columns: 1, values })
+/// Creates `/steps`: a row per step.
+pub(super) fn create_table(spread: &Spread, file: &Place, steps: &[LoadStep], plan: &mut Plan) -> Result<()> {
+    let group = file.group("steps")?;
+    let mut column = |name: &str, values: Values<'static>| {
+        plan.add(&group, name, None, spread.rows_of_first(steps.len(), values))
     };
     let names: Vec<_> = steps.iter().map(|step| step.name.as_deref().unwrap_or("")).collect();
     let reasons: Vec<_> = steps.iter().map(|step| step.reason.name()).collect();
-    add("name", Values::text(&names, first))?;
-    add("reason", Values::text(&reasons, first))?;
-    let mut column =
-        |name: &str, values: Values<'static>| plan.add(&group, name, None, on_first(first, n, values));
+    column("name", Values::text(&names))?;
+    column("reason", Values::text(&reasons))?;
     column("loads", Values::F64(steps.iter().map(|step| step.loads).collect()))?;
     column("supports", Values::F64(steps.iter().map(|step| step.supports).collect()))?;
     column("temperature", Values::F64(steps.iter().map(|step| step.temperature).collect()))?;

@@ -1,0 +1,90 @@
+//! How the result is spread over the ranks: whose rows of a dataset are where.
+use super::hdf5_rows::{Rows, Values};
+use super::{PairTables, Piece, ResultFile};
+use crate::error::{Error, Result};
+use mpi::collective::SystemOperation;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::*;
+
+/// How many rows the ranks before this one have, this one has, and all have. The same totals on all ranks.
+pub(super) struct Spread {
+    pub rank: usize,
+    pub size: usize,
+    pub points: Share,
+    pub cells: Share,
+    pub connectivity: Share,
+    /// Length of the tables of both sides of each contact pair; 0 where no rank has one.
+    pub sides: Vec<[usize; 2]>,
+    /// Rows of the history, which rank 0 has.
+    pub history: usize,
+    /// Whether these rows have the contact pairs.
+    pub history_of_pairs: bool,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Share {
+    pub start: usize,
+    pub own: usize,
+    pub total: usize,
+}
+
+impl Spread {
+    /// Collective.
+    pub fn new(comm: &SimpleCommunicator, result: &ResultFile) -> Result<Self> {
+        let (rank, size) = (comm.rank() as usize, comm.size() as usize);
+        let [points, cells, connectivity] = grid(comm, result.piece);
+        let of_pairs = result.history.first().is_some_and(|row| !row.pairs.is_empty());
+        let mut history = [result.history.len() as u64, u64::from(of_pairs)];
+        comm.process_at_rank(0).broadcast_into(&mut history[..]);
+        Ok(Spread {
+            rank,
+            size,
+            points,
+            cells,
+            connectivity,
+            sides: side_lengths(comm, result.pairs)?,
+            history: history[0] as usize,
+            history_of_pairs: history[1] != 0,
+        })
+    }
+
+    /// What rank 0 has and the others have not.
+    pub fn on_first<'a, T>(&self, all: &'a [T]) -> &'a [T] {
+        if self.rank == 0 { all } else { &[] }
+    }
+
+    /// A column that rank 0 writes.
+    pub fn rows_of_first(&self, total: usize, values: Values<'static>) -> Rows<'static> {
+        Rows { start: 0, total, columns: 1, values: if self.rank == 0 { values } else { values.none() } }
+    }
+}
+
+/// Collective. Points, cells and nodes of the cells.
+fn grid(comm: &SimpleCommunicator, piece: &Piece) -> [Share; 3] {
+    let connectivity: usize = piece.cells.iter().map(|cell| cell.nodes().len()).sum();
+    let own = [piece.points.len() as u64, piece.cells.len() as u64, connectivity as u64];
+    let (rank, size) = (comm.rank() as usize, comm.size() as usize);
+    let mut all = vec![0u64; 3 * size];
+    comm.all_gather_into(&own[..], &mut all[..]);
+    [0, 1, 2].map(|k| {
+        let counts = || all.iter().skip(k).step_by(3).map(|&n| n as usize);
+        Share { start: counts().take(rank).sum(), own: own[k] as usize, total: counts().sum() }
+    })
+}
+
+/// Collective. Lengths of the tables, of each of which at most one rank has a copy.
+fn side_lengths(comm: &SimpleCommunicator, pairs: &[PairTables]) -> Result<Vec<[usize; 2]>> {
+    let sides = || pairs.iter().flat_map(|pair| &pair.sides);
+    let mine: Vec<[u64; 2]> =
+        sides().map(|side| side.as_ref().map_or([0, 0], |table| [1, table.s.len() as u64])).collect();
+    let mut sum = vec![[0u64; 2]; mine.len()];
+    comm.all_reduce_into(mine.as_flattened(), sum.as_flattened_mut(), SystemOperation::sum());
+    let sides = sum.as_chunks::<2>().0;
+    if let Some(p) = sides.iter().position(|[a, b]| a[0].max(b[0]) > 1) {
+        return Err(Error::internal(format!(
+            "several ranks hold a side of contact pair \"{}\"",
+            pairs[p].name
+        )));
+    }
+    Ok(sides.iter().map(|side| side.map(|[_, length]| length as usize)).collect())
+}
