@@ -46,7 +46,8 @@ impl Jacobian {
     #[inline]
     pub fn gradient(&self, g: &[f64; 3]) -> [f64; 3] {
         let [[a, b], [c, d]] = self.j;
-        [(d * g[0] - c * g[1]) / self.det, (a * g[1] - b * g[0]) / self.det, 0.]
+        let per_det = 1. / self.det;
+        [(d * g[0] - c * g[1]) * per_det, (a * g[1] - b * g[0]) * per_det, 0.]
     }
 }
 

@@ -63,7 +63,8 @@ pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Re
 /// Components times the most displacement modes.
 const MAX_DOFS: usize = 2 * MAX_NODES;
 
-/// The element with all its modes, before the internal ones are eliminated.
+/// The element with all its modes, before the internal ones are eliminated. H is symmetric and so is k, of which
+/// only rows of 2 x 2 blocks up to the diagonal are kept.
 struct Full {
     k: [[f64; MAX_DOFS]; MAX_DOFS],
     f: [f64; MAX_DOFS],
@@ -127,8 +128,11 @@ impl SolidElement {
         }
         self.eliminate_internal(&mut full, 0);
         let n = 2 * self.kind.n_nodes();
-        for (row, full_row) in k.chunks_exact_mut(n).zip(&full.k) {
-            row.copy_from_slice(&full_row[..n]);
+        for (i, row) in full.k[..n].iter().enumerate() {
+            for (j, entry) in row[..=i].iter().enumerate() {
+                k[i * n + j] = *entry;
+                k[j * n + i] = *entry;
+            }
         }
         f.copy_from_slice(&full.f[..n]);
         Ok(())
@@ -257,8 +261,8 @@ impl SolidElement {
                 std::array::from_fn(|j| g[0] * h[0][j] + g[1] * h[2][j]),
                 std::array::from_fn(|j| g[1] * h[1][j] + g[0] * h[2][j]),
             ];
-            for (k, row) in full.k[2 * a..].iter_mut().zip(&row) {
-                for (k, g) in k.chunks_exact_mut(2).zip(modes) {
+            for (k, row) in full.k[2 * a..][..2].iter_mut().zip(&row) {
+                for (k, g) in k.chunks_exact_mut(2).zip(&modes[..=a]) {
                     let force = force_of(g, row);
                     k[0] += force[0];
                     k[1] += force[1];
@@ -274,8 +278,8 @@ impl SolidElement {
             let (row, f) = (full.k[p], full.f[p]);
             let pivot = 1. / row[p];
             for i in first..p {
-                let factor = full.k[i][p] * pivot;
-                for (k, entry) in full.k[i][..p].iter_mut().zip(&row) {
+                let factor = row[i] * pivot;
+                for (k, entry) in full.k[i][..=i].iter_mut().zip(&row) {
                     *k -= factor * entry;
                 }
                 full.f[i] -= factor * f;

@@ -20,6 +20,7 @@ pub use partition::{give_to_first, partition};
 pub use refine::{Curve, HangingSide, Slave, refine, refine_all};
 
 use crate::element::ElementKind;
+use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
 
 /// Mesh of one body.
@@ -90,6 +91,18 @@ impl Mesh {
                 ((a.min(b), a.max(b)), Facet { cell: c as u32, side: s as u8 })
             })
         })
+    }
+
+    /// Sides of one cell only: the boundary, and the hanging sides.
+    pub fn single_sides(&self) -> Vec<Facet> {
+        let mut single = FxHashSet::default();
+        single.reserve(2 * self.cells.len());
+        for (ends, _) in self.sides() {
+            if !single.remove(&ends) {
+                single.insert(ends);
+            }
+        }
+        self.sides().filter(|(ends, _)| single.contains(ends)).map(|(_, facet)| facet).collect()
     }
 
     /// Gives the straight boundary sides of a mesh read from a file, those of linear cells, the curves of a smooth

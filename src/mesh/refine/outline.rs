@@ -1,7 +1,7 @@
 //! The smooth outline behind the straight sides of a linear mesh.
 use super::{Curve, edge};
 use crate::mesh::Mesh;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// The outline has a corner where it turns by more than this, rad: 40 degrees, nine sides on a full circle.
@@ -84,24 +84,16 @@ pub fn follow(mesh: &mut Mesh) {
     }
 }
 
-/// The boundary sides of linear cells: those of one cell only.
+/// The boundary sides of linear cells.
 fn outline(mesh: &Mesh) -> Vec<Side> {
-    let mut once = HashSet::new();
-    for (ends, _) in mesh.sides() {
-        if !once.remove(&ends) {
-            once.insert(ends);
-        }
-    }
-    let boundary = mesh.sides().filter(|(ends, _)| once.contains(ends));
-    boundary
-        .filter_map(|(_, facet)| {
-            let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
-            let [a, b] = nodes[..] else { return None };
-            let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);
-            let d = [q[0] - p[0], q[1] - p[1]];
-            Some(Side { ends: [a, b], angle: d[1].atan2(d[0]), length: d[0].hypot(d[1]) })
-        })
-        .collect()
+    let side = |facet| {
+        let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
+        let [a, b] = nodes[..] else { return None };
+        let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);
+        let d = [q[0] - p[0], q[1] - p[1]];
+        Some(Side { ends: [a, b], angle: d[1].atan2(d[0]), length: d[0].hypot(d[1]) })
+    };
+    mesh.single_sides().into_iter().filter_map(side).collect()
 }
 
 /// The side that starts at a node, unless several do: pieces that meet in a point have a corner there.
