@@ -89,8 +89,8 @@ impl Entries {
     pub fn into_matrix(self, group: &SimpleCommunicator, n_owned: usize, dim: usize) -> Result<Matrix> {
         match self {
             Entries::Rows(rows) => {
-                let (starts, mut columns) = rows.compressed();
-                Matrix::from_rows(group, dim, &starts, &mut columns, &rows.values)
+                let (starts, columns) = rows.compressed();
+                Matrix::from_rows(group, dim, starts, columns, rows.values)
             }
             Entries::Triples { rows, columns, values } => {
                 Matrix::from_triples(group, n_owned, dim, (rows, columns), values)

@@ -28,6 +28,22 @@ handle!(Index, IS, ISDestroy);
 handle!(Scatter, VecScatter, VecScatterDestroy);
 handle!(Dense, Mat, MatDestroy);
 handle!(NullSpace, MatNullSpace, MatNullSpaceDestroy);
+handle!(Container, PetscContainer, PetscContainerDestroy);
+
+/// The arrays of a matrix that PETSc has not allocated itself.
+struct Rows {
+    starts: Vec<i32>,
+    columns: Vec<i32>,
+    values: Vec<f64>,
+}
+
+/// # Safety
+/// `rows` must come from a box of [`Rows`].
+unsafe extern "C" fn free_rows(rows: *mut std::ffi::c_void) -> sys::PetscErrorCode {
+    // SAFETY: promised.
+    drop(unsafe { Box::from_raw(rows.cast::<Rows>()) });
+    0
+}
 
 impl Vector {
     /// Zero vector with `n_owned` entries on this rank.
@@ -133,36 +149,31 @@ impl Matrix {
         }
     }
 
-    /// Symmetric positive definite matrix on one rank from compressed rows: where each begins, the columns, ascending in
-    /// each row, and the values.
+    /// Symmetric positive definite matrix on one rank of compressed rows, not copied: where each begins, the columns,
+    /// ascending in each row, and the values.
     pub fn from_rows<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
         comm: &C,
         block: usize,
-        starts: &[i32],
-        columns: &mut [i32],
-        values: &[f64],
+        starts: Vec<i32>,
+        columns: Vec<i32>,
+        values: Vec<f64>,
     ) -> Result<Self> {
         assert_eq!(comm.size(), 1);
         assert!(columns.len() == values.len() && starts.last() == Some(&int(values.len())?));
         let n = int(starts.len() - 1)?;
-        // SAFETY: the handle is valid from `make` on; PETSc copies the arrays, whose lengths fit each other.
+        let mut rows = Box::new(Rows { starts, columns, values });
+        let (i, j, a) = (rows.starts.as_mut_ptr(), rows.columns.as_mut_ptr(), rows.values.as_mut_ptr());
+        // SAFETY: handles are valid from `make` on; the arrays fit each other, and live until PETSc frees the container,
+        // which is when it frees the matrix.
         unsafe {
-            let a = Matrix(make(|a| sys::MatCreate(comm.as_raw(), a))?);
-            check(sys::MatSetSizes(a.0, n, n, n, n))?;
-            check(sys::MatSetType(a.0, sys::MATAIJ.as_ptr()))?;
-            check(sys::MatSetBlockSize(a.0, int(block)?))?;
-            // Not by MatSeqAIJSetPreallocationCSR, which sets row by row.
-            let lengths: Vec<i32> = starts.windows(2).map(|row| row[1] - row[0]).collect();
-            check(sys::MatSeqAIJSetPreallocation(a.0, 0, lengths.as_ptr()))?;
-            check(sys::MatSeqAIJSetColumnIndices(a.0, columns.as_mut_ptr()))?;
-            let mut array = ptr::null_mut();
-            check(sys::MatSeqAIJGetArray(a.0, &mut array))?;
-            array.copy_from_nonoverlapping(values.as_ptr(), values.len());
-            check(sys::MatSeqAIJRestoreArray(a.0, &mut array))?;
-            check(sys::MatAssemblyBegin(a.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
-            check(sys::MatAssemblyEnd(a.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
-            check(sys::MatSetOption(a.0, sys::MatOption::MAT_SPD, sys::PetscBool::PETSC_TRUE))?;
-            Ok(a)
+            let matrix = Matrix(make(|m| sys::MatCreateSeqAIJWithArrays(comm.as_raw(), n, n, i, j, a, m))?);
+            let owner = Container(make(|c| sys::PetscContainerCreate(comm.as_raw(), c))?);
+            check(sys::PetscContainerSetPointer(owner.0, Box::into_raw(rows).cast()))?;
+            check(sys::PetscContainerSetUserDestroy(owner.0, Some(free_rows)))?;
+            check(sys::PetscObjectCompose(matrix.0.cast(), c"rows".as_ptr(), owner.0.cast()))?;
+            check(sys::MatSetBlockSize(matrix.0, int(block)?))?;
+            check(sys::MatSetOption(matrix.0, sys::MatOption::MAT_SPD, sys::PetscBool::PETSC_TRUE))?;
+            Ok(matrix)
         }
     }
 
