@@ -19,44 +19,53 @@ impl Edge {
     }
 }
 
+/// A place of a body: no two nodes of a partition share it.
+type Place = (i32, [u64; 3]);
+
+fn place(body: i32, point: [f64; 3]) -> Place {
+    // `+ 0.0` makes -0 and 0 one number.
+    (body, point.map(|x| (x + 0.0).to_bits()))
+}
+
 /// All edges of the grid. The partitions have their own copies of the nodes they share: nodes of the same
 /// body at the same place are one, or the seams between ranks would be drawn as outlines.
 pub(super) fn edges(piece: &Piece) -> Vec<Edge> {
-    let mut first_at = FxHashMap::default();
-    let mut same = vec![u32::MAX; piece.points.len()];
-    for (cell, &body) in piece.cells.iter().zip(&piece.cell_bodies) {
-        for &node in cell.nodes().iter().take(cell.kind.n_corners()) {
-            if same[node as usize] == u32::MAX {
-                // `+ 0.0` makes -0 and 0 one number.
-                let place = piece.points[node as usize].map(|x| (x + 0.0).to_bits());
-                same[node as usize] = *first_at.entry((body, place)).or_insert(node);
-            }
-        }
-    }
-    let mut edges: FxHashMap<[u32; 2], Edge> = FxHashMap::default();
-    edges.reserve(2 * piece.cells.len());
+    let mut inner = Vec::with_capacity(2 * piece.cells.len());
+    // Edges of one cell of a partition only.
+    let mut single: FxHashMap<[u32; 2], Edge> = FxHashMap::default();
     for (cell, &body) in piece.cells.iter().zip(&piece.cell_bodies) {
         for facet in cell.kind.facets() {
             let node = |k: usize| cell.nodes()[facet[k]];
-            let mut key = [same[node(0) as usize], same[node(1) as usize]];
-            key.sort_unstable();
+            let key = sorted([node(0), node(1)]);
             let edge = match facet.len() {
-                2 => Edge { nodes: [node(0), node(1), 0], n_nodes: 2, body, outer: true },
-                _ => Edge { nodes: [node(0), node(2), node(1)], n_nodes: 3, body, outer: true },
+                2 => Edge { nodes: [node(0), node(1), 0], n_nodes: 2, body, outer: false },
+                _ => Edge { nodes: [node(0), node(2), node(1)], n_nodes: 3, body, outer: false },
             };
-            edges.entry(key).and_modify(|edge| edge.outer = false).or_insert(edge);
+            match single.remove(&key) {
+                Some(edge) => inner.push(edge),
+                None => drop(single.insert(key, edge)),
+            }
         }
     }
+    let mut first_at = FxHashMap::default();
+    let mut edges = FxHashMap::default();
+    for (ends, edge) in single {
+        let ends =
+            ends.map(|node| *first_at.entry(place(edge.body, piece.points[node as usize])).or_insert(node));
+        let outer = Edge { outer: true, ..edge };
+        edges.entry(sorted(ends)).and_modify(|edge: &mut Edge| edge.outer = false).or_insert(outer);
+    }
     close_hanging(piece, &first_at, &mut edges);
-    edges.into_values().collect()
+    inner.extend(edges.into_values());
+    inner
+}
+
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// A side of a coarse cell against two sides of finer ones is no outline, and neither are these.
-fn close_hanging(
-    piece: &Piece,
-    first_at: &FxHashMap<(i32, [u64; 3]), u32>,
-    edges: &mut FxHashMap<[u32; 2], Edge>,
-) {
+fn close_hanging(piece: &Piece, first_at: &FxHashMap<Place, u32>, edges: &mut FxHashMap<[u32; 2], Edge>) {
     let at = |node: u32| piece.points[node as usize];
     let outer: Vec<[u32; 2]> = edges.iter().filter(|(_, edge)| edge.outer).map(|(key, _)| *key).collect();
     for key in outer {
@@ -67,9 +76,8 @@ fn close_hanging(
                 std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
             }
         };
-        let place = middle.map(|x| (x + 0.0).to_bits());
-        let Some(&middle) = first_at.get(&(edges[&key].body, place)) else { continue };
-        let halves = key.map(|end| [end.min(middle), end.max(middle)]);
+        let Some(&middle) = first_at.get(&place(edges[&key].body, middle)) else { continue };
+        let halves = key.map(|end| sorted([end, middle]));
         if halves.iter().all(|half| edges.get(half).is_some_and(|edge| edge.outer)) {
             for key in [key, halves[0], halves[1]] {
                 edges.get_mut(&key).expect("just found").outer = false;
