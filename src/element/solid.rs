@@ -18,7 +18,7 @@ use crate::case::Formulation;
 /// gamma12 = 2 eps12.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointLaw {
-    /// H, Pa.
+    /// H, symmetric, Pa.
     pub h: [[f64; 3]; 3],
     /// eps0.
     pub initial_strain: [f64; 3],
@@ -63,8 +63,8 @@ pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Re
 /// Components times the most displacement modes.
 const MAX_DOFS: usize = 2 * MAX_NODES;
 
-/// The element with all its modes, before the internal ones are eliminated. H is symmetric and so is k, of which
-/// only rows of 2 x 2 blocks up to the diagonal are kept.
+/// The element with all its modes, before the internal ones are eliminated. H is symmetric and so is k: only its
+/// entries up to the diagonal count.
 struct Full {
     k: [[f64; MAX_DOFS]; MAX_DOFS],
     f: [f64; MAX_DOFS],

@@ -118,17 +118,18 @@ fn jacobian(mesh: &Mesh, number: usize) -> Result<()> {
 
 /// No two nodes lie in one place: they would be a crack, or two bodies read as one.
 ///
-/// Nodes of the boundary only: cells that pass the checks above fill the place around any other node.
+/// One of them is on a boundary: inside, the cells that pass the checks above fill the place around a node.
 fn coincident(mesh: &Mesh) -> Result<()> {
-    let mut nodes: Vec<u32> = mesh.single_sides().into_iter().flat_map(|f| mesh.facet_nodes(f)).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
+    let mut boundary: Vec<u32> = mesh.single_sides().into_iter().flat_map(|f| mesh.facet_nodes(f)).collect();
+    boundary.sort_unstable();
+    boundary.dedup();
     let point = |node: u32| [mesh.points[node as usize][0], mesh.points[node as usize][1]];
-    let tree = RTree::bulk_load(nodes.iter().map(|&node| GeomWithData::new(point(node), node)).collect());
+    let indexed = |node| GeomWithData::new(point(node), node);
+    let tree = RTree::bulk_load(boundary.into_iter().map(indexed).collect());
     let tolerance = 1e-12 * extent(mesh.points.iter());
-    for &node in &nodes {
+    for node in 0..mesh.points.len() as u32 {
         let near = tree.locate_within_distance(point(node), tolerance * tolerance);
-        if let Some(other) = near.map(|found| found.data).find(|&other| other > node) {
+        if let Some(other) = near.map(|found| found.data).find(|&other| other != node) {
             return Err(Error::input(format!(
                 "two nodes, {node} and {other}, lie at {} and are not connected: a crack, or nodes that \
                  should be one. \
@@ -174,6 +175,28 @@ mod tests {
         check(&read_gmsh(&file, Some("plate"), 1.0).unwrap()).unwrap();
         let error = message(&read_gmsh(&file, None, 1.0).unwrap());
         assert!(error.contains("are not connected") && error.contains(", 1)"), "{error}");
+    }
+
+    #[test]
+    fn a_slit_at_the_middle_of_a_side() {
+        let mut mesh = unit_square(ElementKind::Tri6, 1);
+        let shared = |node: &u32| mesh.cells[1].nodes()[3..].contains(node);
+        let middle = mesh.cells[0].nodes()[3..].iter().position(shared).unwrap();
+        let mut nodes = mesh.cells[0].nodes().to_vec();
+        mesh.points.push(mesh.points[nodes[3 + middle] as usize]);
+        nodes[3 + middle] = mesh.points.len() as u32 - 1;
+        mesh.cells[0] = Cell::new(ElementKind::Tri6, &nodes);
+        assert!(message(&mesh).contains("lie at (0.5, 0.5) and are not connected"));
+    }
+
+    #[test]
+    fn one_mesh_on_top_of_another() {
+        let mut mesh = unit_square(ElementKind::Quad4, 6);
+        let mut insert = unit_square(ElementKind::Quad4, 2);
+        // Its boundary meets inner nodes of the other.
+        insert.points.iter_mut().for_each(|p| *p = [(1.0 + p[0]) / 3.0, (1.0 + p[1]) / 3.0, 0.0]);
+        mesh.append(&insert);
+        assert!(message(&mesh).contains("are not connected"));
     }
 
     #[test]

@@ -93,16 +93,16 @@ impl Mesh {
         })
     }
 
-    /// Sides of one cell only: the boundary, and the hanging sides.
+    /// Sides of one cell only: the boundary, hanging sides, and sides whose cells have mid-side nodes of their own.
     pub fn single_sides(&self) -> Vec<Facet> {
+        let sides = || self.sides().map(|(ends, facet)| ((ends, self.facet_nodes(facet).nth(2)), facet));
         let mut single = FxHashSet::default();
-        single.reserve(2 * self.cells.len());
-        for (ends, _) in self.sides() {
-            if !single.remove(&ends) {
-                single.insert(ends);
+        for (nodes, _) in sides() {
+            if !single.remove(&nodes) {
+                single.insert(nodes);
             }
         }
-        self.sides().filter(|(ends, _)| single.contains(ends)).map(|(_, facet)| facet).collect()
+        sides().filter(|(nodes, _)| single.contains(nodes)).map(|(_, facet)| facet).collect()
     }
 
     /// Gives the straight boundary sides of a mesh read from a file, those of linear cells, the curves of a smooth

@@ -4,7 +4,7 @@ use super::hdf5_rows::{Place, Plan};
 use super::spread::Spread;
 use super::{ResultFile, history, steps, tables, vtkhdf};
 use crate::error::{Error, Result};
-use hdf5::File;
+use hdf5::{File, FileBuilder};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 use rustix::fs::{FallocateFlags, fallocate};
@@ -71,14 +71,14 @@ fn structure<'a>(spread: &Spread, part: &Path, result: &ResultFile<'a>) -> Resul
         return create_all(spread, &Place(None), result);
     }
     reserve(part, create_all(spread, &Place(None), result)?.length())?;
-    let file = File::create(part)?;
+    let file = file_options().create(part)?;
     let plan = create_all(spread, &Place(Some(file.group("/")?)), result)?;
     file.close()?;
     Ok(plan)
 }
 
 /// Makes sure that the disk has room for a file of about this length, bytes: HDF5 does not survive a close that
-/// fails.
+/// fails. It gives the space back before it takes it again, so that another program may still be faster.
 fn reserve(part: &Path, length: u64) -> Result<()> {
     let file = std::fs::OpenOptions::new().write(true).open(part).map_err(Error::internal)?;
     match fallocate(&file, FallocateFlags::empty(), 0, length) {
@@ -89,6 +89,13 @@ fn reserve(part: &Path, length: u64) -> Result<()> {
         // Not every file system can reserve; one that cannot is no reason to stop.
         _ => Ok(()),
     }
+}
+
+/// How files are opened: without locks, which the file systems of some clusters refuse.
+pub(crate) fn file_options() -> FileBuilder {
+    let mut options = File::with_options();
+    options.with_fapl(|access| access.file_locking(false));
+    options
 }
 
 fn create_all<'a>(spread: &Spread, file: &Place, result: &ResultFile<'a>) -> Result<Plan<'a>> {

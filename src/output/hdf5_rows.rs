@@ -121,7 +121,7 @@ impl Values<'_> {
 #[derive(Default)]
 pub(super) struct Plan<'a> {
     rows: Vec<Rows<'a>>,
-    /// Where the dataset of each begins in the file; known on rank 0.
+    /// Where the dataset of each begins in the file; on ranks other than 0 known after [`Plan::locate`].
     offsets: Vec<u64>,
     length: u64,
 }

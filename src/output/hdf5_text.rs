@@ -79,14 +79,14 @@ fn c_string(name: &str) -> Result<CString> {
 }
 
 /// A raw HDF5 handle, closed on drop.
-pub(super) struct Handle(pub hid_t, unsafe extern "C" fn(hid_t) -> herr_t);
+struct Handle(hid_t, unsafe extern "C" fn(hid_t) -> herr_t);
 
 impl Handle {
     /// Takes over what `call` returned; negative means that it failed.
     ///
     /// # Safety
     /// `close` must be the function that closes this kind of handle.
-    pub unsafe fn new(id: hid_t, close: unsafe extern "C" fn(hid_t) -> herr_t, call: &str) -> Result<Self> {
+    unsafe fn new(id: hid_t, close: unsafe extern "C" fn(hid_t) -> herr_t, call: &str) -> Result<Self> {
         if id < 0 { Err(Error::internal(format!("HDF5: {call} failed"))) } else { Ok(Handle(id, close)) }
     }
 }
@@ -99,6 +99,6 @@ impl Drop for Handle {
 }
 
 /// Turns HDF5's return code into a `Result`.
-pub(super) fn check(code: herr_t, call: &str) -> Result<()> {
+fn check(code: herr_t, call: &str) -> Result<()> {
     if code < 0 { Err(Error::internal(format!("HDF5: {call} failed"))) } else { Ok(()) }
 }

@@ -22,7 +22,7 @@ mod tables;
 mod vtkhdf;
 
 pub use file::write;
-pub(crate) use file::write_complete;
+pub(crate) use file::{file_options, write_complete};
 pub use history::{HistoryRow, PairRow, mean_contraction};
 pub use picture::draw;
 pub(crate) use picture::{Precision, PrecisionCurve, PrecisionPoint};

@@ -1,6 +1,9 @@
 //! Reading `result.vtkhdf` back, by one process.
 use super::hdf5_text::{read_string_attribute, read_strings};
-use super::{Field, HistoryRow, Outline, PairTables, Piece, Reason, ResultFile, RunInfo, SideTable, State};
+use super::{
+    Field, HistoryRow, Outline, PairTables, Piece, Reason, ResultFile, RunInfo, SideTable, State,
+    file_options,
+};
 use super::{history, steps};
 use crate::case::{Analysis, Units};
 use crate::element::ElementKind;
@@ -31,8 +34,9 @@ impl Results {
     pub fn read(path: &Path) -> Result<Self> {
         let wrong =
             |e: Error| Error::input(format!("{} is not a result file of kontakt: {e}", path.display()));
-        let file =
-            File::open(path).map_err(|e| Error::input(format!("cannot read {}: {e}", path.display())))?;
+        let file = file_options()
+            .open(path)
+            .map_err(|e| Error::input(format!("cannot read {}: {e}", path.display())))?;
         Self::from_file(&file).map_err(wrong)
     }
 

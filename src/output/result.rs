@@ -179,7 +179,7 @@ pub struct ResultFile<'a> {
 }
 
 impl<'a> ResultFile<'a> {
-    /// Refuses arrays whose lengths do not fit together: HDF5 would read beyond their ends.
+    /// Refuses arrays whose lengths do not fit together: others' rows would be overwritten.
     pub(super) fn check(&self) -> Result<()> {
         let Piece { points, cells, cell_bodies, point_fields, cell_fields } = self.piece;
         ok(cell_bodies.len() == cells.len(), || "as many body indices as cells are needed".into())?;

@@ -1,7 +1,7 @@
 //! `study.csv` and `study.h5`: the whole table, a row for each choice and level.
 use super::plan::Plan;
 use super::table::{Row, Table};
-use crate::{Error, Result};
+use crate::{Error, Result, output::file_options};
 use hdf5::types::VarLenUnicode;
 use std::{path::Path, str::FromStr};
 
@@ -90,7 +90,7 @@ pub(super) fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
 /// Writes the HDF5 file: a dataset for each column of `/study`, its unit an attribute.
 pub(super) fn write_hdf5(path: &Path, columns: &[Column]) -> Result<()> {
     let part = path.with_extension("h5.part");
-    let file = hdf5::File::create(&part)?;
+    let file = file_options().create(&part)?;
     let group = file.create_group("study")?;
     for column in columns {
         let name = column.name.replace('/', "_");

@@ -111,18 +111,19 @@ mod tests {
 
     #[test]
     fn a_coarse_side_against_two_finer_ones_is_no_outline() {
-        // A square, and to its right two half as high.
-        let points =
-            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.5], [2.0, 0.0], [2.0, 0.5], [2.0, 1.0]];
-        let piece = Piece {
-            points: points.map(|[x, y]| [x, y, 0.0]).to_vec(),
-            cells: [[0, 1, 2, 3], [1, 5, 6, 4], [4, 6, 7, 2]]
-                .map(|n| Cell::new(ElementKind::Quad4, &n))
-                .to_vec(),
-            cell_bodies: vec![0; 3],
-            ..Piece::default()
-        };
-        assert_eq!(edges(&piece).iter().filter(|e| e.outer).count(), 7);
+        // A square, and to its right two half as high: in the same partition, or with nodes of their own.
+        let left = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.5]];
+        let right = [[2.0, 0.0], [2.0, 0.5], [2.0, 1.0], [1.0, 0.0], [1.0, 1.0]];
+        for fine in [[[1, 5, 6, 4], [4, 6, 7, 2]], [[8, 5, 6, 4], [4, 6, 7, 9]]] {
+            let cells = [[0, 1, 2, 3], fine[0], fine[1]];
+            let piece = Piece {
+                points: [left, right].concat().iter().map(|&[x, y]| [x, y, 0.0]).collect(),
+                cells: cells.map(|n| Cell::new(ElementKind::Quad4, &n)).to_vec(),
+                cell_bodies: vec![0; 3],
+                ..Piece::default()
+            };
+            assert_eq!(edges(&piece).iter().filter(|e| e.outer).count(), 7);
+        }
     }
 
     #[test]
