@@ -1,5 +1,5 @@
 //! Refuses meshes on which a computation would fail or give nonsense.
-use super::Mesh;
+use super::{Mesh, components};
 use crate::element::{MAX_NODES, load_rule};
 use crate::error::{Error, Result};
 use rstar::RTree;
@@ -118,16 +118,19 @@ fn jacobian(mesh: &Mesh, number: usize) -> Result<()> {
 
 /// No two nodes lie in one place: they would be a crack, or two bodies read as one.
 ///
-/// One of them is on a boundary: inside, the cells that pass the checks above fill the place around a node.
+/// One of them is on the boundary, as is the other unless two pieces lie on top of each other: inside a piece, the cells
+/// that pass the checks above fill the place around a node.
 fn coincident(mesh: &Mesh) -> Result<()> {
-    let mut boundary: Vec<u32> = mesh.single_sides().into_iter().flat_map(|f| mesh.facet_nodes(f)).collect();
-    boundary.sort_unstable();
-    boundary.dedup();
+    let mut nodes: Vec<u32> = mesh.single_sides().into_iter().flat_map(|f| mesh.facet_nodes(f)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
     let point = |node: u32| [mesh.points[node as usize][0], mesh.points[node as usize][1]];
-    let indexed = |node| GeomWithData::new(point(node), node);
-    let tree = RTree::bulk_load(boundary.into_iter().map(indexed).collect());
+    let tree = RTree::bulk_load(nodes.iter().map(|&node| GeomWithData::new(point(node), node)).collect());
     let tolerance = 1e-12 * extent(mesh.points.iter());
-    for node in 0..mesh.points.len() as u32 {
+    if components(mesh).1 > 1 {
+        nodes = (0..mesh.points.len() as u32).collect();
+    }
+    for node in nodes {
         let near = tree.locate_within_distance(point(node), tolerance * tolerance);
         if let Some(other) = near.map(|found| found.data).find(|&other| other != node) {
             return Err(Error::input(format!(

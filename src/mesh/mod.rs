@@ -20,7 +20,6 @@ pub use partition::{give_to_first, partition};
 pub use refine::{Curve, HangingSide, Slave, refine, refine_all};
 
 use crate::element::ElementKind;
-use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
 
 /// Mesh of one body.
@@ -95,14 +94,21 @@ impl Mesh {
 
     /// Sides of one cell only: the boundary, hanging sides, and sides whose cells have mid-side nodes of their own.
     pub fn single_sides(&self) -> Vec<Facet> {
-        let sides = || self.sides().map(|(ends, facet)| ((ends, self.facet_nodes(facet).nth(2)), facet));
-        let mut single = FxHashSet::default();
-        for (nodes, _) in sides() {
-            if !single.remove(&nodes) {
-                single.insert(nodes);
-            }
+        // All sides, sorted by their smaller end node: `start` has where those of each node begin.
+        let mut start = vec![0; self.points.len() + 1];
+        self.sides().for_each(|((low, _), _)| start[low as usize + 1] += 1);
+        (1..start.len()).for_each(|node| start[node] += start[node - 1]);
+        let mut next = start.clone();
+        let mut sides = vec![((0, None), Facet { cell: 0, side: 0 }); start[self.points.len()]];
+        for ((low, high), facet) in self.sides() {
+            sides[next[low as usize]] = ((high, self.facet_nodes(facet).nth(2)), facet);
+            next[low as usize] += 1;
         }
-        sides().filter(|(nodes, _)| single.contains(nodes)).map(|(_, facet)| facet).collect()
+        let of_nodes = start.windows(2).map(|range| &sides[range[0]..range[1]]);
+        let single = of_nodes.flat_map(|sides| {
+            sides.iter().filter(|side| sides.iter().filter(|other| other.0 == side.0).count() == 1)
+        });
+        single.map(|&(_, facet)| facet).collect()
     }
 
     /// Gives the straight boundary sides of a mesh read from a file, those of linear cells, the curves of a smooth

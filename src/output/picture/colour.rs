@@ -1,5 +1,5 @@
 //! Colour maps with even steps to the eye.
-use super::raster::Rgb;
+use super::raster::{Point, Rgb, point};
 
 /// Where there is no value.
 const NO_VALUE: Rgb = [190, 190, 190];
@@ -68,7 +68,7 @@ pub(super) struct Slope {
 pub(super) struct Palette {
     low: f64,
     per_value: f64,
-    colours: Vec<Rgb>,
+    colours: Box<[Point; STEPS]>,
 }
 
 impl Palette {
@@ -77,8 +77,8 @@ impl Palette {
         let size = scale.high.max(-scale.low);
         let [low, high] = if scale.diverging { [-size, size] } else { [scale.low, scale.high] };
         let step = (high - low) / (STEPS - 1) as f64;
-        let colours = (0..STEPS).map(|i| scale.colour(low + i as f64 * step)).collect();
-        Palette { low, per_value: 1.0 / step, colours }
+        let colours = std::array::from_fn(|i| point(scale.colour(low + i as f64 * step)));
+        Palette { low, per_value: 1.0 / step, colours: Box::new(colours) }
     }
 
     /// Places of values that are linear over the pixels: the first pixel's value, and how it grows along a row and
@@ -93,16 +93,24 @@ impl Palette {
         }
     }
 
-    /// Colours pixels of one row from the place (along, down) on; grey where there is no value.
-    pub fn fill(&self, pixels: &mut [Rgb], slope: &Slope, [along, down]: [usize; 2]) {
+    /// Colours points of one row from the place (along, down) on; grey where there is no value.
+    pub fn fill(&self, points: &mut [Point], slope: &Slope, [along, down]: [usize; 2]) {
         if !slope.is_known {
-            return pixels.fill(NO_VALUE);
+            return points.fill(point(NO_VALUE));
         }
         let to = |step: i64, n: usize| step.saturating_mul(n as i64);
         let mut place =
             slope.first.saturating_add(to(slope.along, along)).saturating_add(to(slope.down, down));
-        for pixel in pixels {
-            *pixel = self.colours[(place >> BITS).clamp(0, STEPS as i64 - 1) as usize];
+        let ends = [place, place.saturating_add(to(slope.along, points.len()))];
+        if ends.iter().all(|end| (0..STEPS as i64).contains(&(end >> BITS))) {
+            for point in points {
+                *point = self.colours[(place >> BITS) as usize % STEPS];
+                place += slope.along;
+            }
+            return;
+        }
+        for point in points {
+            *point = self.colours[(place >> BITS).clamp(0, STEPS as i64 - 1) as usize];
             place = place.saturating_add(slope.along);
         }
     }
