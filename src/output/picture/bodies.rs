@@ -118,10 +118,10 @@ fn label(
     let [low, high] = [colours.low, colours.high].map(value);
     let line = format!("{name}, nodal, from {} to {}", low.trim(), high.trim());
     text(&area, &line, (LEFT as i32, 52), (19, FontStyle::Normal), Pos::new(HPos::Left, VPos::Top))?;
-    for panel in panels {
-        let line = match panel.magnification {
-            1.0 if panels.len() > 1 => "contact, displacements × 1".to_owned(),
-            m => format!("displacements × {}, undeformed outline grey", number(m, m)),
+    for (k, panel) in panels.iter().enumerate() {
+        let line = match (k, panel.magnification) {
+            (0, m) => format!("displacements × {}, undeformed outline grey", number(m, m)),
+            _ => "contact, displacements × 1".to_owned(),
         };
         text(
             &area,

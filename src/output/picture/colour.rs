@@ -180,15 +180,19 @@ mod tests {
             ColourScale { low: 2.0, high: 5.0, diverging: false },
         ] {
             let palette = Palette::new(&scale);
-            let mut row = vec![[0; 3]; 111];
-            palette.fill(&mut row, &palette.slope(-5.3, 0.1, 0.1), [2, 1]);
-            for (colour, value) in row.iter().copied().zip((-50..=60).map(|i| 0.1 * f64::from(i))) {
-                let pair = std::iter::zip(colour, scale.colour(value));
-                assert!(pair.into_iter().all(|(a, b)| a.abs_diff(b) <= 1), "{value}");
+            let mut row = vec![point([0; 3]); 111];
+            // Beyond both ends, and within them.
+            for (first, step) in [(-5.0, 0.1), (scale.low, (scale.high - scale.low) / 112.0)] {
+                palette.fill(&mut row, &palette.slope(first - 3.0 * step, step, step), [2, 1]);
+                for (i, colour) in row.iter().enumerate() {
+                    let value = first + i as f64 * step;
+                    let mut pair = std::iter::zip(*colour, scale.colour(value));
+                    assert!(pair.all(|(a, b)| a.abs_diff(b) <= 1), "{value}");
+                }
             }
             for (first, step) in [(f64::NAN, 0.1), (0.0, f64::INFINITY)] {
                 palette.fill(&mut row, &palette.slope(first, step, 0.0), [0, 0]);
-                assert!(row.iter().all(|colour| *colour == NO_VALUE));
+                assert!(row.iter().all(|colour| *colour == point(NO_VALUE)));
             }
         }
     }
