@@ -149,8 +149,8 @@ fn coincident(mesh: &Mesh) -> Result<()> {
 mod tests {
     use super::*;
     use crate::element::ElementKind;
-    use crate::mesh::testing::unit_square;
-    use crate::mesh::{Cell, read_gmsh};
+    use crate::mesh::testing::{boundary, unit_square};
+    use crate::mesh::{Cell, Facet, read_gmsh};
     use std::path::Path;
 
     fn message(mesh: &Mesh) -> String {
@@ -178,6 +178,18 @@ mod tests {
         check(&read_gmsh(&file, Some("plate"), 1.0).unwrap()).unwrap();
         let error = message(&read_gmsh(&file, None, 1.0).unwrap());
         assert!(error.contains("are not connected") && error.contains(", 1)"), "{error}");
+    }
+
+    #[test]
+    fn single_sides_are_the_boundary() {
+        for kind in ElementKind::ALL {
+            let mesh = unit_square(kind, 3);
+            let order = |facet: &Facet| (facet.cell, facet.side);
+            let (mut found, mut expected) = (mesh.single_sides(), boundary(&mesh));
+            found.sort_unstable_by_key(order);
+            expected.sort_unstable_by_key(order);
+            assert_eq!(found, expected, "{kind:?}");
+        }
     }
 
     #[test]

@@ -70,7 +70,8 @@ fn structure<'a>(spread: &Spread, part: &Path, result: &ResultFile<'a>) -> Resul
     if spread.rank > 0 {
         return create_all(spread, &Place(None), result);
     }
-    reserve(part, create_all(spread, &Place(None), result)?.length())?;
+    // The rows are gathered twice, first to know the file's length before HDF5 has it open.
+    reserve(part, create_all(spread, &Place(None), result)?.length)?;
     let file = file_options().create(part)?;
     let plan = create_all(spread, &Place(Some(file.group("/")?)), result)?;
     file.close()?;

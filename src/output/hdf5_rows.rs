@@ -123,7 +123,8 @@ pub(super) struct Plan<'a> {
     rows: Vec<Rows<'a>>,
     /// Where the dataset of each begins in the file; on ranks other than 0 known after [`Plan::locate`].
     offsets: Vec<u64>,
-    length: u64,
+    /// Bytes of the file, nearly: those of the rows of all ranks, and what HDF5 needs beside them.
+    pub length: u64,
 }
 
 impl<'a> Plan<'a> {
@@ -172,11 +173,6 @@ impl<'a> Plan<'a> {
             Some(group) if table => create(group, name, unit, values, (total, columns)),
             Some(group) => create(group, name, unit, values, total),
         }
-    }
-
-    /// Bytes of the file, nearly: those of the rows of all ranks, and what HDF5 needs beside them.
-    pub fn length(&self) -> u64 {
-        self.length
     }
 
     /// Collective. Tells all ranks where the datasets are.
