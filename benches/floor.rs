@@ -14,7 +14,8 @@ use kontakt::{
     case::{BodyCase, Case, Region},
     mesh::{Cell, Facet, Mesh},
     petsc::{self, Ksp, Vector},
-    simulation::{ContactSolve, Plan, build_mesh},
+    scene::{Plan, build_mesh},
+    simulation::ContactSolve,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use serde::{Deserialize, Serialize};

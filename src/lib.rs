@@ -12,6 +12,8 @@ pub mod mesh;
 pub mod output;
 pub mod parallel;
 pub mod petsc;
+pub mod record;
+pub mod scene;
 pub mod schwarz;
 pub mod simulation;
 pub mod study;

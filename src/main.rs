@@ -6,9 +6,10 @@ use kontakt::{
     Error, Result,
     body::options_prefix,
     case::{self, Case},
-    output::{AdaptRound, HistoryRow, Summary},
     parallel::{self, agree},
-    petsc, simulation, study,
+    petsc,
+    record::{AdaptRound, HistoryRow, Summary},
+    scene, simulation, study,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{io::IsTerminal, path::PathBuf};
@@ -254,7 +255,7 @@ fn print_round(round: &AdaptRound) {
 /// The error estimate in words.
 fn accuracy(summary: &Summary) -> String {
     let percent = |error: f64| format!("{:.2} %", 100.0 * error);
-    let kontakt::output::ErrorEstimate { energy, contact_pressure } = summary.error_estimate;
+    let kontakt::record::ErrorEstimate { energy, contact_pressure } = summary.error_estimate;
     let pressure =
         contact_pressure.map_or_else(String::new, |p| format!(", {} of the peak pressure", percent(p)));
     format!("estimated error of the mesh: {} in the energy norm{pressure}", percent(energy))
@@ -283,7 +284,7 @@ fn print_row(row: &HistoryRow, terminal: bool) {
 }
 
 fn check(case: &Case, world: &SimpleCommunicator) -> Result<i32> {
-    let plan = simulation::Plan::new(case, world)?;
+    let plan = scene::Plan::new(case, world)?;
     let lines = simulation::outlook(case, &plan)?;
     if world.rank() == 0 {
         let analysis = match case.analysis {

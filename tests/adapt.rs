@@ -2,7 +2,7 @@
 mod common;
 
 use common::{check_invariants, run, summary, value};
-use kontakt::{case, simulation::build_mesh};
+use kontakt::{case, scene::build_mesh};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

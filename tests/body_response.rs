@@ -4,8 +4,8 @@ use kontakt::{
     case::{self, Case, Origin},
     contact::Surface,
     mesh::Mesh,
+    scene::build_mesh,
     schwarz::{Respond, RespondAtNodes},
-    simulation::build_mesh,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use ranks::on_ranks;

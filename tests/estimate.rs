@@ -13,7 +13,8 @@ use kontakt::{
     estimate,
     material::LinearElastic,
     mesh::Locator,
-    output::{Results, SideTable, Summary},
+    output::Results,
+    record::{SideTable, Summary},
 };
 
 /// In the plane (11, 22, 12), Pa.

@@ -6,7 +6,8 @@ mod ranks;
 use kontakt::{
     case::{self, Case},
     mesh::{Mesh, refine},
-    output::{RESULT, Results, Summary},
+    output::{RESULT, Results},
+    record::Summary,
     simulation,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -24,7 +25,7 @@ fn parse(text: &str) -> Case {
 /// Cuts, in each round, the cells of every body one of whose nodes is in the region.
 fn cut(case: &mut Case, rounds: usize, region: impl Fn(usize, &[f64; 3]) -> bool) {
     for body in &mut case.bodies {
-        let mut mesh: Mesh = simulation::build_mesh(&body.geometry).expect("a mesh");
+        let mut mesh: Mesh = kontakt::scene::build_mesh(&body.geometry).expect("a mesh");
         for round in 0..rounds {
             let inside =
                 |c: usize| mesh.cells[c].nodes().iter().any(|&n| region(round, &mesh.points[n as usize]));

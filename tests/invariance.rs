@@ -7,7 +7,7 @@ mod common;
 use common::inside::Runner;
 use kontakt::{
     case::{self, Case, Gap, Tolerance},
-    output::Summary,
+    record::Summary,
 };
 
 fn close(a: f64, b: f64, relative: f64, what: &str) {

@@ -3,6 +3,7 @@ use kontakt::case::{Analysis, Units};
 use kontakt::element::ElementKind;
 use kontakt::mesh::Cell;
 use kontakt::output::*;
+use kontakt::record::*;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 use std::path::{Path, PathBuf};

@@ -5,6 +5,7 @@ use kontakt::case::{Analysis, OutputCase, StressComponent, Units};
 use kontakt::element::ElementKind;
 use kontakt::mesh::Cell;
 use kontakt::output::*;
+use kontakt::record::*;
 use std::path::Path;
 
 const STYLE: OutputCase = OutputCase { component: StressComponent::Yy, magnification: None, window: None };

@@ -4,7 +4,7 @@ use kontakt::{
     case::{self, Case},
     element::ElementKind,
     mesh::{Locator, Mesh},
-    simulation::build_mesh,
+    scene::build_mesh,
 };
 use std::path::{Path, PathBuf};
 

@@ -4,7 +4,7 @@ use kontakt::{
     Error, Result,
     case::{Case, Region, Scalar},
     mesh::{Facet, Mesh},
-    simulation::build_mesh,
+    scene::build_mesh,
 };
 
 /// Young's modulus, Pa, and Poisson's ratio of both bodies.

@@ -1,5 +1,5 @@
 //! Energy of the difference between recovered and computed stresses.
-use super::recovery::recovered;
+use super::{plane::Plane, recovery::recovered};
 use crate::{
     body::{Body, Fields},
     element::{ElementKind, MAX_NODES, PointGeometry, PointLaw, QuadraturePoint, error_rule},
@@ -8,9 +8,6 @@ use crate::{
     parallel::{self, agree},
 };
 use mpi::topology::SimpleCommunicator;
-
-/// Stresses (11, 22, 12) in the plane.
-pub(super) type Plane = [f64; 3];
 
 /// Differences of stresses below this share of what the strains would make without cancellation are round-off.
 const ROUND_OFF: f64 = 1e-10;

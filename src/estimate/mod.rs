@@ -10,12 +10,19 @@
 //! and the relative error of a body, or of all together, is |e| / sqrt(|u_h|^2 + |e|^2).
 mod energy;
 mod patch;
+mod plane;
 pub mod pressure;
 mod recovery;
 
 pub use energy::{BodyError, CellError};
 
-use crate::{case::Case, contact::Surface, output::SideTable, parallel, simulation::Plan};
+use crate::{
+    case::Case,
+    contact::Surface,
+    parallel,
+    record::{ErrorEstimate, SideTable},
+    scene::Plan,
+};
 use pressure::{Chain, Contact};
 
 /// Error estimate of a load step. The cells are this rank's, the numbers are the same on all ranks.
@@ -53,6 +60,12 @@ pub struct NodeError {
     pub node: u32,
     /// Estimated error of the pressure, Pa, not negative.
     pub error: f64,
+}
+
+impl From<&Estimate> for ErrorEstimate {
+    fn from(estimate: &Estimate) -> ErrorEstimate {
+        ErrorEstimate { energy: estimate.energy, contact_pressure: estimate.contact_pressure }
+    }
 }
 
 impl Estimate {

@@ -1,5 +1,5 @@
 //! Polynomials fitted to the stresses of the cells around a node.
-use super::energy::Plane;
+use super::plane::Plane;
 use nalgebra::{SMatrix, SVector};
 
 /// Most terms: 1, x, y, x^2, xy, y^2.

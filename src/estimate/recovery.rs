@@ -1,7 +1,7 @@
 //! Recovered stresses at the nodes of a rank's part of a body.
 use super::{
-    energy::Plane,
     patch::{Fit, Samples, TERMS},
+    plane::Plane,
 };
 use crate::{
     body::{Body, Fields},

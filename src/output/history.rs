@@ -2,67 +2,13 @@
 use super::hdf5_rows::{Place, Plan, Rows, Values};
 use super::spread::Spread;
 use super::tables::group_name;
-use super::{PairTables, ResultFile, RunInfo};
-use crate::error::{Error, Result};
+use super::{ResultFile, RunInfo};
+use crate::{
+    error::{Error, Result},
+    record::{HistoryRow, PairRow, PairTables},
+};
 use hdf5::{Group, H5Type};
 use std::borrow::Cow;
-
-/// One row of the history: an alternation.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct HistoryRow {
-    /// Load step, 1, 2, ...; 1 without a table of steps.
-    pub step: u64,
-    /// Running number within the step: 1, 2, ...
-    pub alternation: u64,
-    /// Active-set update that the alternation belongs to, 1, 2, ... within the step; 0 where nothing counts them.
-    pub update: u64,
-    /// Gap left at the nodes in contact, relative to the elastic response, -.
-    pub displacement_jump: f64,
-    /// Disagreement of the nodal forces, relative, -.
-    pub force_imbalance: f64,
-    /// Largest penetration, m; 0 if there is none.
-    pub penetration: f64,
-    /// Largest |gap| at the nodes in contact, m.
-    pub gap: f64,
-    /// Nodes in contact.
-    pub active: u64,
-    /// Nodes that could touch and do not.
-    pub open: u64,
-    /// Nodes that entered or left the contact.
-    pub flips: u64,
-    /// Measured contraction of the displacement jump, -; NaN for the first.
-    pub contraction: f64,
-    /// Wall seconds since the first alternation began.
-    pub seconds: f64,
-    /// The same for each contact pair, in their order; empty where it was not measured.
-    pub pairs: Vec<PairRow>,
-}
-
-/// A contact pair in an alternation.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct PairRow {
-    /// Largest |gap| at the nodes in contact, m.
-    pub gap: f64,
-    /// Largest penetration, m; 0 if there is none.
-    pub penetration: f64,
-    /// Nodes in contact.
-    pub active: u64,
-    /// Nodes that could touch and do not.
-    pub open: u64,
-    /// Nodes that entered or left the contact.
-    pub flips: u64,
-    /// Disagreement of the nodal forces, relative, -.
-    pub force_imbalance: f64,
-    /// Measured contraction of the gap at the nodes in contact, -; NaN for the first.
-    pub contraction: f64,
-}
-
-/// Geometric mean of the contractions that are known: the rate over all of them; NaN if there is none.
-pub fn mean_contraction(contractions: impl IntoIterator<Item = f64>) -> f64 {
-    let known = contractions.into_iter().filter(|c| c.is_finite() && *c > 0.0);
-    let (sum, n) = known.fold((0.0, 0), |(sum, n), c| (sum + c.ln(), n + 1));
-    if n > 0 { (sum / f64::from(n)).exp() } else { f64::NAN }
-}
 
 /// A column of numbers: name, unit, value of a row.
 type Real<T> = (&'static str, &'static str, fn(&T) -> f64);
@@ -205,16 +151,5 @@ fn column<T: H5Type>(group: &Group, name: &str, n: usize) -> Result<Vec<T>> {
         Ok(values)
     } else {
         Err(Error::input("the columns of the history differ in length"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::mean_contraction;
-
-    #[test]
-    fn the_mean_contraction_is_the_rate() {
-        assert!((mean_contraction([f64::NAN, 0.5, 0.02]) - 0.1).abs() < 1e-15);
-        assert!(mean_contraction([f64::NAN]).is_nan());
     }
 }

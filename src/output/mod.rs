@@ -1,8 +1,11 @@
 //! What a run leaves behind: `result.vtkhdf`, `summary.json`, pictures.
 //!
 //! All ranks call [`prepare`] before anything is computed and [`write()`] when it is; then rank 0 draws the
-//! pictures from the file and writes the [`Summary`], last of all.
-use crate::error::{Error, Result};
+//! pictures from the file and writes the [`Summary`](crate::record::Summary), last of all.
+use crate::{
+    error::{Error, Result},
+    record::Summary,
+};
 use mpi::topology::SimpleCommunicator;
 use std::path::Path;
 
@@ -13,23 +16,18 @@ mod hdf5_text;
 mod history;
 mod picture;
 mod read;
-mod reason;
 mod result;
 mod spread;
 mod steps;
-mod summary;
 mod tables;
 mod vtkhdf;
 
 pub use file::write;
 pub(crate) use file::{file_options, write_complete};
-pub use history::{HistoryRow, PairRow, mean_contraction};
 pub use picture::draw;
 pub(crate) use picture::{Precision, PrecisionCurve, PrecisionPoint};
 pub use read::Results;
-pub use reason::{Driver, Reason, Transfer};
 pub use result::*;
-pub use summary::*;
 
 /// Name of the result file.
 pub const RESULT: &str = "result.vtkhdf";
@@ -47,4 +45,9 @@ pub fn prepare(comm: &SimpleCommunicator, directory: &Path) -> Result<()> {
             Error::input(format!("cannot write to the results directory {}: {e}", directory.display()))
         })
     })
+}
+
+/// Writes `summary.json`, complete or not at all. Rank 0 does this, when all else is written.
+pub fn write_summary(summary: &Summary, path: &Path) -> Result<()> {
+    write_complete(path, summary.to_json()?.as_bytes())
 }

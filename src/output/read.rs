@@ -1,14 +1,12 @@
 //! Reading `result.vtkhdf` back, by one process.
 use super::hdf5_text::{read_string_attribute, read_strings};
-use super::{
-    Field, HistoryRow, Outline, PairTables, Piece, Reason, ResultFile, RunInfo, SideTable, State,
-    file_options,
-};
+use super::{Field, Outline, Piece, ResultFile, RunInfo, State, file_options};
 use super::{history, steps};
 use crate::case::{Analysis, Units};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::Cell;
+use crate::record::{HistoryRow, PairTables, Reason, SideTable};
 use hdf5::{Dataset, File, Group, H5Type};
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! What the result file holds, as the ranks hold it.
-use super::{HistoryRow, Reason};
 use crate::case::{Analysis, Units};
 use crate::error::{Error, Result};
 use crate::mesh::Cell;
+use crate::record::{HistoryRow, LoadStep, PairTables, Reason, SideTable};
 
 /// This rank's share of the grid: one partition of it, with the pieces of all bodies the rank takes part in.
 #[derive(Debug, Clone, Default)]
@@ -33,44 +33,6 @@ pub struct Field {
     pub values: Vec<f64>,
 }
 
-/// One side of a contact pair after the run, node by node along the surface. Held by one rank only.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct SideTable {
-    /// Coordinate along the surface, m, from its first node.
-    pub s: Vec<f64>,
-    /// Node coordinates, undeformed, m.
-    pub x: Vec<[f64; 3]>,
-    /// Outward unit normal used for contact.
-    pub normal: Vec<[f64; 3]>,
-    /// Gap after deformation, m; NaN where the node has no conjugate point.
-    pub gap: Vec<f64>,
-    /// Contact pressure, Pa.
-    pub pressure: Vec<f64>,
-    /// Contact nodal force on this body, N.
-    pub force: Vec<[f64; 3]>,
-    /// 0: no candidate, 1: open, 2: in contact.
-    pub status: Vec<i32>,
-}
-
-impl SideTable {
-    fn is_consistent(&self) -> bool {
-        let SideTable { s, x, normal, gap, pressure, force, status } = self;
-        let lengths = [x.len(), normal.len(), gap.len(), pressure.len(), force.len(), status.len()];
-        lengths.iter().all(|&n| n == s.len())
-    }
-}
-
-/// Both sides of a contact pair. Every rank has the same pairs in the same order, but few have the tables.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PairTables {
-    /// Name of the pair; names its group in the file.
-    pub name: String,
-    /// `body.surface` of side A and side B.
-    pub surfaces: [String; 2],
-    /// The tables, each on one rank, `None` on the others. A side may have none anywhere: a rigid surface.
-    pub sides: [Option<SideTable>; 2],
-}
-
 /// What was found at the end of a load step: fields on the grid of the [`Piece`], and the contact pairs.
 #[derive(Debug, Clone, Default)]
 pub struct State {
@@ -80,25 +42,6 @@ pub struct State {
     pub cell_fields: Vec<Field>,
     /// The contact pairs.
     pub pairs: Vec<PairTables>,
-}
-
-/// A load step that was run: what acted at its end, and how it ended. The same on all ranks.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LoadStep {
-    /// Name, if any.
-    pub name: Option<String>,
-    /// Factor on the loads.
-    pub loads: f64,
-    /// Factor on the prescribed displacements.
-    pub supports: f64,
-    /// Factor on temperature less reference temperature.
-    pub temperature: f64,
-    /// How the alternation ended.
-    pub reason: Reason,
-    /// Alternations made.
-    pub alternations: u64,
-    /// Updates of the active set.
-    pub updates: u64,
 }
 
 /// Outline of a rigid body, to be drawn. The same on all ranks.

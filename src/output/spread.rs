@@ -1,7 +1,8 @@
 //! How the result is spread over the ranks: whose rows of a dataset are where.
 use super::hdf5_rows::{Rows, Values};
-use super::{PairTables, Piece, ResultFile};
+use super::{Piece, ResultFile};
 use crate::error::{Error, Result};
+use crate::record::PairTables;
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;

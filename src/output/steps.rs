@@ -4,8 +4,9 @@
 use super::hdf5_rows::{Place, Plan, Values};
 use super::hdf5_text::read_strings;
 use super::spread::Spread;
-use super::{Field, LoadStep, Piece, Reason};
+use super::{Field, Piece};
 use crate::error::{Error, Result};
+use crate::record::{LoadStep, Reason};
 use hdf5::File;
 
 /// Creates `Steps` in the group `/VTKHDF`.

@@ -1,9 +1,10 @@
 //! The groups beside the grid: `/contact/<pair>/a` and `/b`, `/run`.
 use super::hdf5_rows::{Place, Plan, Rows, Values};
 use super::spread::Spread;
-use super::{ResultFile, RunInfo, SideTable};
+use super::{ResultFile, RunInfo};
 use crate::case::Analysis;
 use crate::error::Result;
+use crate::record::SideTable;
 
 /// Creates `/contact`. Each side's table comes from the one rank that holds it.
 ///

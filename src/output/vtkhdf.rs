@@ -5,8 +5,9 @@
 //! partition. With load steps the fields of all partitions after one step are followed by those after the next.
 use super::hdf5_rows::{Place, Plan, Rows, Values};
 use super::spread::{Share, Spread};
-use super::{Field, LoadStep, Piece, ResultFile, RunInfo, State, steps};
+use super::{Field, Piece, ResultFile, RunInfo, State, steps};
 use crate::error::Result;
+use crate::record::LoadStep;
 
 /// Creates the group; its rows are added to `plan`.
 pub(super) fn create<'a>(

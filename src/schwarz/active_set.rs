@@ -11,7 +11,7 @@ use super::{
     record::{Recorder, State},
     scales::{ROUND_OFF, THRESHOLD},
 };
-use crate::{error::Result, output::HistoryRow};
+use crate::{error::Result, record::HistoryRow};
 use std::{
     collections::HashSet,
     hash::{DefaultHasher, Hash, Hasher},

@@ -10,8 +10,8 @@ use super::{
 use crate::{
     contact::vector::{dot, norm, sub},
     error::Result,
-    output::HistoryRow,
     parallel::Exchange,
+    record::HistoryRow,
 };
 use std::{
     hash::{DefaultHasher, Hash, Hasher},

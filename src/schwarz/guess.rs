@@ -1,6 +1,6 @@
 //! The active-set driver's first guess: where the bodies would touch, and with which forces.
 use super::{ActiveSet, Respond};
-use crate::{error::Result, output::HistoryRow};
+use crate::{error::Result, record::HistoryRow};
 
 /// Residual of the first guess, relative, up to which the leading bodies alone are a good model of the pairs.
 const MODEL: f64 = 1e-2;

@@ -1,6 +1,6 @@
 //! The linear system of an active set, by projected conjugate gradients: one iteration is one alternation.
 use super::{ActiveSet, Projector, Respond};
-use crate::{error::Result, output::HistoryRow};
+use crate::{error::Result, record::HistoryRow};
 
 /// Imbalance of the forces, relative to the sum of the absolute works, that is round-off.
 const BALANCED: f64 = 1e-12;

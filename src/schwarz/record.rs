@@ -1,6 +1,6 @@
 //! The history of the active-set driver: a row per alternation.
 use super::{Coupling, Respond};
-use crate::output::{HistoryRow, PairRow};
+use crate::record::{HistoryRow, PairRow};
 use std::time::Instant;
 
 /// Gathers the history.

@@ -1,7 +1,7 @@
 //! How an alternation ends, and the watch that recognises an end that is no convergence.
 use std::collections::HashMap;
 
-pub use crate::output::Reason;
+pub use crate::record::Reason;
 
 /// Follows the displacement jump and the contact set from one alternation to the next.
 #[derive(Debug, Default)]

@@ -9,8 +9,8 @@ use crate::{
     case::{BodyRef, Case, ContactGeometry, ResponseCase},
     contact::{Row, vector::dot},
     error::Result,
-    output::{HistoryRow, Reason},
     parallel::{self, Exchange, agree},
+    record::{HistoryRow, Reason},
 };
 use nalgebra::{DMatrix, DVector};
 use std::time::Instant;

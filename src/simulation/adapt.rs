@@ -14,8 +14,8 @@ use crate::{
     error::{Error, Result},
     estimate::Estimate,
     mesh::Mesh,
-    output::{AdaptRound, HistoryRow, Summary},
     parallel,
+    record::{AdaptRound, HistoryRow, Summary},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{collections::HashMap, path::Path, str::FromStr, time::Instant};

@@ -1,6 +1,6 @@
 //! Invariants every run must satisfy, measured on the run itself.
 use super::found::EndFound;
-use crate::{body::Balance, output, parallel};
+use crate::{body::Balance, parallel, record};
 use mpi::topology::SimpleCommunicator;
 
 /// Sum of a balance over the group.
@@ -20,8 +20,8 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
 }
 
 /// No check made yet.
-pub(super) fn none() -> output::Checks {
-    output::Checks {
+pub(super) fn none() -> record::Checks {
+    record::Checks {
         residual: 0.0,
         equilibrium: 0.0,
         virtual_work: 0.0,
@@ -33,10 +33,10 @@ pub(super) fn none() -> output::Checks {
 }
 
 /// The worse of each of two steps.
-pub(super) fn worst(a: output::Checks, b: output::Checks) -> output::Checks {
+pub(super) fn worst(a: record::Checks, b: record::Checks) -> record::Checks {
     // A check that could not be made (not a number) must not be hidden.
     let max = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
-    output::Checks {
+    record::Checks {
         residual: max(a.residual, b.residual),
         equilibrium: max(a.equilibrium, b.equilibrium),
         virtual_work: max(a.virtual_work, b.virtual_work),
@@ -50,10 +50,10 @@ pub(super) fn worst(a: output::Checks, b: output::Checks) -> output::Checks {
 /// The invariants of the run, each relative to its own scale. Collective.
 pub(super) fn checks(
     balances: &[Balance],
-    pairs: &[output::PairSummary],
+    pairs: &[record::PairSummary],
     ends: &[EndFound],
     world: &SimpleCommunicator,
-) -> output::Checks {
+) -> record::Checks {
     let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
     let mut worst = [0.0_f64; 4];
     // Ratios of round-off to round-off say nothing.
@@ -69,7 +69,7 @@ pub(super) fn checks(
         worst[3] = worst[3].max(ratio(-lowest, largest));
     }
     let worst = parallel::max(world, &worst);
-    output::Checks {
+    record::Checks {
         residual: worst[0],
         equilibrium: worst[1],
         virtual_work: worst[2],

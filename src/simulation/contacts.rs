@@ -11,8 +11,8 @@ use crate::{
     contact::{Row, Surface, vector::dot},
     error::{Error, Result},
     estimate::pressure::{self, Chain},
-    output::{HistoryRow, Reason},
     parallel::Exchange,
+    record::{HistoryRow, Reason},
     schwarz::{AUTOMATIC, ActiveSet, Coarse, Coupling, End, Limits, Respond},
 };
 use std::collections::HashMap;

@@ -7,8 +7,9 @@ use crate::{
     estimate::BodyError,
     material::von_mises,
     mesh::{self, Locator},
-    output::{self, Field, Piece},
+    output::{Field, Piece},
     parallel::{self, agree},
+    record,
 };
 use mpi::topology::SimpleCommunicator;
 
@@ -73,7 +74,7 @@ pub(super) fn probe(
     bodies: &[Body],
     fields: &[Fields],
     world: &SimpleCommunicator,
-) -> Result<Vec<output::ProbeSummary>> {
+) -> Result<Vec<record::ProbeSummary>> {
     let mut out = Vec::new();
     for probe in &case.probes {
         // found, displacement, stress, temperature; from the one rank that owns the cell
@@ -98,12 +99,12 @@ pub(super) fn probe(
         agree(world, missing)?;
         let v = parallel::sum(world, &values);
         let heated = case.bodies[probe.body].temperature.is_some();
-        out.push(output::ProbeSummary {
+        out.push(record::ProbeSummary {
             name: probe.name.clone(),
             body: case.bodies[probe.body].name.clone(),
             x: probe.at[..2].to_vec(),
             displacement: v[1..3].to_vec(),
-            stress: output::StressSummary { xx: v[4], yy: v[5], zz: v[6], xy: v[7] },
+            stress: record::StressSummary { xx: v[4], yy: v[5], zz: v[6], xy: v[7] },
             temperature: heated.then_some(v[8]),
         });
     }

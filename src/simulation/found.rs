@@ -5,7 +5,7 @@ use crate::{
         Surface,
         vector::{combine, dot},
     },
-    output::{HistoryRow, Reason, SideTable},
+    record::{HistoryRow, Reason, SideTable},
     schwarz,
 };
 

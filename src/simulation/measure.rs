@@ -10,8 +10,8 @@ use crate::{
     body::{Cost, LoadFactors},
     case::{Case, Driver, Weights},
     error::Result,
-    output::PairSummary,
     parallel,
+    record::PairSummary,
 };
 use std::time::Instant;
 

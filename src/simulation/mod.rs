@@ -9,7 +9,6 @@ mod measure;
 mod outline;
 mod outlook;
 mod pairs;
-mod plan;
 mod relaxed;
 mod rows;
 mod solved;
@@ -18,7 +17,6 @@ mod text;
 pub use adapt::{Goal, Limits, Quantity, run_adaptive};
 pub use measure::{ContactSolve, ContactSplit};
 pub use outlook::outlook;
-pub use plan::{Plan, build_mesh};
 pub use relaxed::Interface;
 
 use crate::{
@@ -27,8 +25,10 @@ use crate::{
     contact::Surface,
     error::{Error, Result},
     estimate::{BodyError, Estimate, MultiplierSide},
-    output::{self, HistoryRow, LoadStep, Piece, Reason, RunInfo, State, StepSummary, Summary},
+    output::{self, Piece, RunInfo, State},
     parallel::{self, Exchange, agree},
+    record::{self, HistoryRow, LoadStep, Reason, StepSummary, Summary},
+    scene::Plan,
 };
 use active::{Active, Nodal};
 use checks::{checks, total, worst};
@@ -119,12 +119,12 @@ struct Run {
     /// Of the last step; the same on all ranks.
     reason: Reason,
     piece: Piece,
-    pairs: Vec<output::PairTables>,
+    pairs: Vec<record::PairTables>,
     before: Vec<State>,
     history: Vec<HistoryRow>,
     steps: Vec<StepSummary>,
     free_modes: Vec<String>,
-    checks: output::Checks,
+    checks: record::Checks,
     counts: [u64; 4],
     warnings: Vec<String>,
     diagnosis: Vec<String>,
@@ -210,7 +210,7 @@ impl Run {
             alternations: counts[0],
             updates: counts[1],
         };
-        let error_estimate = output::ErrorEstimate::of(&estimate);
+        let error_estimate = record::ErrorEstimate::from(&estimate);
         self.steps.push(StepSummary::new(&summary, pairs, probes, error_estimate));
         self.estimate = estimate;
         (self.piece, self.pairs, self.free_modes) = (piece, tables, found.free_modes);
@@ -289,12 +289,12 @@ impl Run {
             converged: info.converged(),
             reason: info.reason,
             driver: match engine {
-                Engine::Active(_) => output::Driver::ActiveSet,
-                Engine::Relaxed(_) => output::Driver::Relaxed,
+                Engine::Active(_) => record::Driver::ActiveSet,
+                Engine::Relaxed(_) => record::Driver::Relaxed,
             },
             transfer: match case.alternation.transfer {
-                case::Transfer::Mortar => output::Transfer::Mortar,
-                case::Transfer::Pointwise => output::Transfer::Pointwise,
+                case::Transfer::Mortar => record::Transfer::Mortar,
+                case::Transfer::Pointwise => record::Transfer::Pointwise,
             },
             alternations: self.counts[0],
             updates: self.counts[1],
@@ -306,16 +306,16 @@ impl Run {
             residual: self.checks.residual,
             ranks: world.size() as usize,
             bodies,
-            error_estimate: output::ErrorEstimate::of(&self.estimate),
+            error_estimate: record::ErrorEstimate::from(&self.estimate),
             free_modes: free_modes
                 .into_iter()
-                .map(|(body, mode)| output::FreeMode { body: body.into(), mode: mode.into() })
+                .map(|(body, mode)| record::FreeMode { body: body.into(), mode: mode.into() })
                 .collect(),
             pairs: last.map_or_else(Vec::new, |s| s.pairs.clone()),
             probes: last.map_or_else(Vec::new, |s| s.probes.clone()),
             steps: (!case.steps.is_empty()).then(|| self.steps.clone()),
             checks: self.checks,
-            seconds: output::Seconds {
+            seconds: record::Seconds {
                 setup: s[0],
                 search: s[1],
                 assemble: s[2],
@@ -346,12 +346,12 @@ fn multiplier_sides<'a>(plan: &'a Plan, found: &'a Found) -> Vec<MultiplierSide<
 }
 
 /// What the groups sent each other. Every rank of a reduction has counted it. Collective.
-fn exchanged(plan: &Plan) -> output::ExchangeSummary {
+fn exchanged(plan: &Plan) -> record::ExchangeSummary {
     let world = &plan.groups.world;
     let [messages, bytes, reductions] = plan.traffic.counts().map(|n| n as f64);
     let sums = parallel::sum(world, &[messages, bytes]);
     let reductions = parallel::max(world, &[reductions])[0];
-    output::ExchangeSummary { messages: sums[0] as u64, bytes: sums[1] as u64, reductions: reductions as u64 }
+    record::ExchangeSummary { messages: sums[0] as u64, bytes: sums[1] as u64, reductions: reductions as u64 }
 }
 
 /// Rank 0's verdict and counts, known to all. Rank 0 is always a group's first rank. Collective.
@@ -369,7 +369,7 @@ fn body_summaries(
     plan: &Plan,
     engine: &Engine,
     world: &SimpleCommunicator,
-) -> Vec<output::BodySummary> {
+) -> Vec<record::BodySummary> {
     const N: usize = 5;
     let mut counts = vec![[0.0; N]; case.bodies.len()];
     for (i, &b) in plan.groups.bodies().iter().enumerate() {
@@ -399,13 +399,13 @@ fn body_summaries(
         .iter()
         .zip(counts.chunks_exact(N))
         .enumerate()
-        .map(|(b, (body, counts))| output::BodySummary {
+        .map(|(b, (body, counts))| record::BodySummary {
             name: body.name.clone(),
             dofs: plan.dofs[b] as u64,
             ranks: plan.groups.shares[plan.groups.group_of(b)].ranks.len(),
             factorisations: counts[0] as u64,
             interface_factorisations: counts[1] as u64,
-            response: if counts[2] > 0.5 { output::Response::Condensed } else { output::Response::Solver },
+            response: if counts[2] > 0.5 { record::Response::Condensed } else { record::Response::Solver },
             interface_dofs: counts[3] as u64,
             solves: counts[4] as u64,
             error_estimate: None,

@@ -2,8 +2,8 @@
 use super::found::{EndFound, Found};
 use crate::{
     case::{Case, ContactCase},
-    output::{self, PairSide, PairTables, SideTable, mean_contraction},
     parallel,
+    record::{self, PairSide, PairTables, SideTable, mean_contraction},
 };
 use mpi::topology::SimpleCommunicator;
 
@@ -18,7 +18,7 @@ pub(super) fn pair_results(
     found: &Found,
     world: &SimpleCommunicator,
     warnings: &mut Vec<String>,
-) -> (Vec<output::PairSummary>, Vec<PairTables>, bool) {
+) -> (Vec<record::PairSummary>, Vec<PairTables>, bool) {
     let names = |contact: &ContactCase| {
         [0, 1]
             .map(|s| format!("{}.{}", case.body_name(contact.surfaces[s].body), contact.surfaces[s].surface))
@@ -62,7 +62,7 @@ pub(super) fn pair_results(
             let own = contact.surfaces[0].body.deformable().is_some();
             let resultant = |c: usize| if own { s[c] } else { -s[3 + c] };
             let history = found.history.iter().filter_map(|row| row.pairs.get(p));
-            output::PairSummary {
+            record::PairSummary {
                 name: contact.name.clone(),
                 normal_force: s[6],
                 resultant: vec![resultant(0), resultant(1)],

@@ -10,9 +10,9 @@ use crate::{
     contact::{Pairing, Surface, vector::dot},
     error::Result,
     material::LinearElastic,
-    output::HistoryRow,
     parallel::{self, Exchange, agree},
     petsc,
+    record::HistoryRow,
     schwarz::{self, Alternation, ContactNode, Side, alternation::SideState, weights::Both},
 };
 use mpi::topology::SimpleCommunicator;

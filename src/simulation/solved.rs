@@ -4,8 +4,9 @@ use crate::{
     case::{self, Case},
     error::Result,
     estimate::Estimate,
-    output::{self, HistoryRow, ResultFile, Summary},
+    output::{self, ResultFile},
     parallel::agree,
+    record::{HistoryRow, Summary},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{path::Path, time::Instant};
@@ -74,8 +75,11 @@ impl Solved {
         if let Some(adapted) = adapted {
             adapted.report(&mut summary);
         }
-        let written =
-            if world.rank() == 0 { summary.write(&directory.join(output::SUMMARY)) } else { Ok(()) };
+        let written = if world.rank() == 0 {
+            output::write_summary(&summary, &directory.join(output::SUMMARY))
+        } else {
+            Ok(())
+        };
         agree(world, written)?;
         Ok((summary, estimate))
     }

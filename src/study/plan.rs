@@ -3,7 +3,7 @@ use super::Request;
 use crate::{
     Error, Result,
     case::{self, Case, Driver, Geometry, StudyCase, Tolerance},
-    simulation::build_mesh,
+    scene::build_mesh,
 };
 
 /// Seconds of a run without unknowns: start-up of MPI, libraries, files and pictures.

@@ -1,8 +1,10 @@
 //! Runs in the process of the test, on one rank. MPI and PETSc start once: one test function per program.
 use kontakt::{
     case::{self, Case},
-    output::{Field, RESULT, Results, SideTable, Summary},
-    petsc, simulation,
+    output::{Field, RESULT, Results},
+    petsc,
+    record::{SideTable, Summary},
+    simulation,
 };
 use mpi::{environment::Universe, topology::SimpleCommunicator};
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Slender beams in contact, clamped at the left end; plane stress.
 use super::{close, gapped, multipliers, near, rectangle, solve_within, value};
-use kontakt::output::SideTable;
+use kontakt::record::SideTable;
 
 /// A cantilever 0.2 m long and 10 mm high.
 fn beam(name: &str, y: f64, cells: usize, load: &str) -> String {

@@ -16,7 +16,8 @@ mod steps;
 mod updated;
 
 use common::{check_invariants_within, run, summary, value};
-use kontakt::output::{RESULT, Results, SideTable};
+use kontakt::output::{RESULT, Results};
+use kontakt::record::SideTable;
 use serde_json::Value;
 
 /// Runs a case that must converge and keep the invariants.
@@ -73,7 +74,7 @@ fn multipliers(results: &Results, pair: usize) -> &SideTable {
     gapped(&results.pairs[pair])
 }
 
-fn gapped(pair: &kontakt::output::PairTables) -> &SideTable {
+fn gapped(pair: &kontakt::record::PairTables) -> &SideTable {
     let sides = pair.sides.iter().flatten();
     sides.into_iter().find(|side| side.gap.iter().any(|g| g.is_finite())).expect("a side has gaps")
 }

@@ -1,6 +1,7 @@
 //! `geometry = "updated"`: normals and gaps that follow the deformation.
 use super::{common, near, rectangle, solve_all, value};
-use kontakt::output::{Results, SideTable};
+use kontakt::output::Results;
+use kontakt::record::SideTable;
 use serde_json::Value;
 
 const HEADING: &str = "analysis = \"plane strain\"\nalternation.tolerance = 1e-11\nmaterial.lower = { young = 2.1e11, poisson = 0.3 }\nmaterial.upper = { young = 7e10, poisson = 0.33 }\n";

@@ -1,5 +1,5 @@
 //! Colour maps with even steps to the eye.
-use super::raster::{Point, Rgb, point};
+use super::pixel::{Point, Rgb, point};
 
 /// Where there is no value.
 const NO_VALUE: Rgb = [190, 190, 190];

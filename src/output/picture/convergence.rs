@@ -4,7 +4,8 @@ use super::legend::{Legend, Symbol};
 use super::scale::power_of_ten;
 use super::{CURVES, FONT, GRID, INK, failed, title};
 use crate::error::Result;
-use crate::output::{HistoryRow, Results};
+use crate::output::Results;
+use crate::record::HistoryRow;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 

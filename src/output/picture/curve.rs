@@ -1,7 +1,8 @@
 //! The curves of `pressure.svg`: which of them there are, and over which coordinate they are drawn.
 use super::CURVES;
 use super::colour::ramp;
-use crate::output::{PairTables, Results, SideTable};
+use crate::output::Results;
+use crate::record::{PairTables, SideTable};
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
 /// Load steps whose curves can still be told apart.

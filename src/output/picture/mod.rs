@@ -8,6 +8,7 @@ mod convergence;
 mod curve;
 mod legend;
 mod outline;
+mod pixel;
 mod precision;
 mod pressure;
 mod raster;

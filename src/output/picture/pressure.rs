@@ -5,7 +5,8 @@ use super::legend::{Legend, Symbol};
 use super::scale::{Ticks, Unit};
 use super::{FONT, GRID, INK, failed, title};
 use crate::error::Result;
-use crate::output::{PairTables, Results};
+use crate::output::Results;
+use crate::record::PairTables;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 

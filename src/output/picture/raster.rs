@@ -1,19 +1,6 @@
 //! A bitmap with triangles, lines and smooth edges: hundreds of thousands of cells in a second.
 use super::colour::Palette;
-
-/// Red, green, blue.
-pub(super) type Rgb = [u8; 3];
-
-/// A point on the canvas, pixels of the final picture, y downwards.
-pub(super) type Pixel = [f64; 2];
-
-/// A colour that fills a word: one store instead of two.
-pub(super) type Point = [u8; 4];
-
-/// The last byte means nothing.
-pub(super) fn point([r, g, b]: Rgb) -> Point {
-    [r, g, b, 0]
-}
+use super::pixel::{Pixel, Point, Rgb, point};
 
 /// Drawn with this many points per pixel and direction.
 const FINE: usize = 2;

@@ -1,7 +1,8 @@
 //! What the picture of the bodies shows: deformed cells with a stress at each node.
 use super::colour::{ColourScale, Palette};
 use super::outline::{Edge, edges};
-use super::raster::{Canvas, Pixel, Rgb};
+use super::pixel::{Pixel, Rgb};
+use super::raster::Canvas;
 use super::scale::round_near;
 use super::view::{View, Window};
 use crate::case::StressComponent;

@@ -1,5 +1,5 @@
 //! From the plane of the bodies to the pixels of a panel.
-use super::raster::Pixel;
+use super::pixel::Pixel;
 
 /// A rectangle of the plane, m.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,8 @@
 //! Checks on the results file: pressures along surfaces, mirror symmetry.
 use super::compare::Ratio;
 use super::expected::{Profile, Run, Slope};
-use kontakt::output::{RESULT, Results, SideTable};
+use kontakt::output::{RESULT, Results};
+use kontakt::record::SideTable;
 use rstar::{RTree, primitives::GeomWithData};
 use serde_json::Value;
 use std::path::Path;

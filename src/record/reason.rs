@@ -86,7 +86,7 @@ impl Reason {
     }
 
     /// The reason of this name.
-    pub(super) fn named(name: &str) -> Option<Reason> {
+    pub fn named(name: &str) -> Option<Reason> {
         Reason::ALL.into_iter().find(|reason| reason.name() == name)
     }
 

@@ -1,9 +1,7 @@
 //! `summary.json`: the run in numbers, for scripts. Its keys are a public interface, versioned by `schema`.
 use super::{Driver, LoadStep, Reason, Transfer};
 use crate::error::{Error, Result};
-use crate::estimate::Estimate;
 use serde::Serialize;
-use std::path::Path;
 
 /// The whole summary.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -102,13 +100,6 @@ pub struct ErrorEstimate {
     /// Of the peak contact pressure, the largest of the pairs; absent if nothing touches.
     #[serde(skip_serializing_if = "absent")]
     pub contact_pressure: Option<f64>,
-}
-
-impl ErrorEstimate {
-    /// The numbers of an estimate.
-    pub fn of(estimate: &Estimate) -> ErrorEstimate {
-        ErrorEstimate { energy: estimate.energy, contact_pressure: estimate.contact_pressure }
-    }
 }
 
 /// What the rank groups sent each other, sums over the ranks; nothing where one rank has all bodies.
@@ -361,11 +352,6 @@ impl Summary {
         let mut text = serde_json::to_string_pretty(self).map_err(Error::internal)?;
         text.push('\n');
         Ok(text)
-    }
-
-    /// Writes the file, complete or not at all. Rank 0 does this, when all else is written.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        super::file::write_complete(path, self.to_json()?.as_bytes())
     }
 }
 

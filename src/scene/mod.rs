@@ -1,4 +1,4 @@
-//! Before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
+//! The scene, before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
 use crate::{
     body::find_facets,
     case::{BodyCase, BodyRef, Case, Driver, Geometry, Origin, RigidShape},
@@ -17,17 +17,17 @@ pub struct Plan {
     /// The communicators.
     pub groups: Groups,
     /// Meshes of this group's bodies.
-    pub(super) meshes: Vec<Mesh>,
+    pub(crate) meshes: Vec<Mesh>,
     /// Contact surfaces of this group's bodies, in the order of `ends`.
-    pub(super) surfaces: Vec<Surface>,
+    pub(crate) surfaces: Vec<Surface>,
     /// Per surface: pair, side (0: A), body index in the case.
-    pub(super) ends: Vec<(usize, usize, usize)>,
+    pub(crate) ends: Vec<(usize, usize, usize)>,
     /// Bodies of the case that supports do not hold.
     floating: Vec<bool>,
     /// Wall seconds it took.
-    pub(super) seconds: f64,
+    pub(crate) seconds: f64,
     /// Sent between the groups so far.
-    pub(super) traffic: Rc<Traffic>,
+    pub(crate) traffic: Rc<Traffic>,
 }
 
 /// Builds a body's mesh.
@@ -47,7 +47,7 @@ pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
 }
 
 /// A body's mesh with its cuts.
-pub(super) fn cut_mesh(body: &BodyCase) -> Result<Mesh> {
+pub(crate) fn cut_mesh(body: &BodyCase) -> Result<Mesh> {
     let mut mesh = build_mesh(&body.geometry)?;
     if body.cuts.is_empty() {
         return Ok(mesh);
@@ -177,13 +177,13 @@ impl Plan {
     }
 
     /// True if supports do not hold one of the pair's bodies.
-    pub(super) fn floating(&self, case: &Case, pair: usize) -> bool {
+    pub(crate) fn floating(&self, case: &Case, pair: usize) -> bool {
         let bodies = case.contacts[pair].surfaces.iter().filter_map(|s| s.body.deformable());
         bodies.into_iter().any(|b| self.floating[b])
     }
 
     /// The deformable body on the other side of an end's pair.
-    pub(super) fn other_body(&self, case: &Case, pair: usize, side: usize) -> usize {
+    pub(crate) fn other_body(&self, case: &Case, pair: usize, side: usize) -> usize {
         case.contacts[pair].surfaces[1 - side]
             .body
             .deformable()
@@ -191,12 +191,12 @@ impl Plan {
     }
 
     /// Place of a body of the case among this group's.
-    pub(super) fn place(&self, body: usize) -> usize {
+    pub(crate) fn place(&self, body: usize) -> usize {
         self.groups.bodies().iter().position(|&b| b == body).expect("the body is this group's")
     }
 
     /// The surface of a rigid side of a pair; `None` if the side is deformable.
-    pub(super) fn rigid_surface(&self, case: &Case, pair: usize, side: usize) -> Option<Surface> {
+    pub(crate) fn rigid_surface(&self, case: &Case, pair: usize, side: usize) -> Option<Surface> {
         let BodyRef::Rigid(i) = case.contacts[pair].surfaces[side].body else { return None };
         let xy = |p: &[f64; 3]| [p[0], p[1]];
         Some(match &case.rigid[i].shape {
@@ -235,7 +235,7 @@ impl Plan {
     }
 
     /// Mesh nodes of all contact surfaces of a body of this group, surface by surface.
-    pub(super) fn observed(&self, body: usize) -> Vec<u32> {
+    pub(crate) fn observed(&self, body: usize) -> Vec<u32> {
         let own = std::iter::zip(&self.surfaces, &self.ends).filter(|(_, end)| end.2 == body);
         own.flat_map(|(surface, _)| surface.nodes.iter().copied()).collect()
     }
