@@ -2,6 +2,7 @@
 use super::nearest;
 use super::node::Value;
 use super::reader::{Field, Fields};
+use crate::schwarz::weights::Weights;
 
 /// How the bodies are brought to agree.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,30 +50,6 @@ pub enum Transfer {
     /// Nodal values taken at conjugate points. With [`Driver::ActiveSet`]: the nodes of one surface against the facets
     /// of the other. With [`Driver::Relaxed`]: the paper's transfer, of both surfaces' nodes.
     Pointwise,
-}
-
-/// Weights of the corrections ("iteration parameters", eqs. 30-36 of the paper).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Weights {
-    /// One number for both steps (30, 31).
-    Constant(f64),
-    /// Ratio of magnitudes (32, 35).
-    Magnitude,
-    /// Ratio per component (34, 36).
-    Component,
-    /// Response per node: |v_m| / (|v_m| + |v_s|), v = u - u_free. The default.
-    Response,
-    /// Response with norms over the active nodes of the surface.
-    ResponseSurface,
-    /// E'_B / (E'_A + E'_B), constant.
-    Stiffness,
-}
-
-impl Weights {
-    /// True if the weight does not follow the solution.
-    pub fn is_constant(self) -> bool {
-        matches!(self, Weights::Constant(_) | Weights::Stiffness)
-    }
 }
 
 impl Driver {

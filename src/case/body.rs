@@ -8,27 +8,6 @@ use super::{
     BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Property, Region, ResponseCase, Scalar,
     Support, Temperature, Units, nearest,
 };
-use crate::element::ElementKind;
-
-impl Formulation {
-    /// Name in the case file.
-    pub fn name(self) -> &'static str {
-        match self {
-            Formulation::Standard => "standard",
-            Formulation::Enhanced => "enhanced",
-            Formulation::Reduced => "reduced",
-        }
-    }
-
-    /// The formulations of an element kind, the default first.
-    pub fn of(kind: ElementKind) -> &'static [Formulation] {
-        match kind {
-            ElementKind::Tri3 | ElementKind::Tri6 => &[Formulation::Standard],
-            ElementKind::Quad4 => &[Formulation::Enhanced, Formulation::Standard],
-            ElementKind::Quad8 => &[Formulation::Reduced, Formulation::Standard],
-        }
-    }
-}
 
 impl ResponseCase {
     /// All, in the order of the schema.

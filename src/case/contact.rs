@@ -2,8 +2,8 @@
 use super::body::{surface_error, within};
 use super::reader::{Field, Fields, all};
 use super::{
-    AlternationCase, BodyRef, Conjugate, ContactCase, ContactGeometry, Driver, Gap, OutputCase, ProbeCase,
-    StressComponent, SurfaceName, Transfer, nearest,
+    AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Driver, Gap, OutputCase,
+    ProbeCase, StressComponent, SurfaceName, Transfer, nearest,
 };
 
 /// A body as others refer to it.
@@ -38,7 +38,7 @@ pub(super) fn read(
         name: name.map_or_else(default_name, str::to_string),
         gap: gap.map_or(Gap::Geometry { offset: offset.unwrap_or(0.0) }, Gap::Value),
         search_distance,
-        conjugate: conjugate.unwrap_or(Conjugate::ClosestPoint),
+        conjugate: conjugate.unwrap_or(ConjugateRule::ClosestPoint),
         geometry: geometry.unwrap_or(ContactGeometry::Initial),
         origin: fields.origin(),
         surfaces,
@@ -46,8 +46,8 @@ pub(super) fn read(
 }
 
 /// `conjugate`, which only a transfer at conjugate points has a use for.
-fn conjugate(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Option<Conjugate> {
-    let conjugate = [Conjugate::ClosestPoint, Conjugate::Intersection][fields.choice("conjugate")?];
+fn conjugate(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Option<ConjugateRule> {
+    let conjugate = [ConjugateRule::ClosestPoint, ConjugateRule::Intersection][fields.choice("conjugate")?];
     match alternation?.transfer {
         Transfer::Pointwise => Some(conjugate),
         Transfer::Mortar => fields.field("conjugate")?.refuse(

@@ -25,7 +25,7 @@ mod temperature_file;
 mod transform;
 mod units;
 
-pub use alternation::{AlternationCase, Driver, Tolerance, Transfer, Weights};
+pub use alternation::{AlternationCase, Driver, Tolerance, Transfer};
 pub use exact::{ClosedForm, ExactCase, ExactProbe, HertzLoad};
 pub use expression::Expression;
 pub use read::{read, variant_names};
@@ -33,6 +33,15 @@ pub use reference::reference;
 pub use rigid::{RigidCase, RigidShape};
 pub use step::StepCase;
 pub use study::StudyCase;
+
+// Choices that belong to the module that acts on them.
+pub use crate::{
+    contact::{ConjugateRule, Gap},
+    element::Formulation,
+    material::{Analysis, MaterialCase, Property},
+    mesh::{Grading, Shape},
+    schwarz::weights::Weights,
+};
 
 use crate::error::Error;
 
@@ -126,30 +135,6 @@ pub enum Units {
     Consistent,
 }
 
-/// The two-dimensional idealisation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Analysis {
-    /// sigma_zz = 0.
-    PlaneStress {
-        /// Thickness, m.
-        thickness: f64,
-    },
-    /// eps_zz = 0.
-    PlaneStrain {
-        /// Thickness, m.
-        thickness: f64,
-    },
-}
-
-impl Analysis {
-    /// Thickness of the slice, m.
-    pub fn thickness(self) -> f64 {
-        match self {
-            Analysis::PlaneStress { thickness } | Analysis::PlaneStrain { thickness } => thickness,
-        }
-    }
-}
-
 /// One deformable body.
 #[derive(Debug, Clone)]
 pub struct BodyCase {
@@ -178,17 +163,6 @@ pub struct BodyCase {
     pub refine: usize,
     /// Where the body is written.
     pub origin: Origin,
-}
-
-/// How an element turns displacements into strains. What is not named is the plain displacement element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Formulation {
-    /// Displacement element, full integration.
-    Standard,
-    /// quad4 with enhanced assumed strains (Simo-Rifai / Taylor, 4 parameters): its default.
-    Enhanced,
-    /// quad8 with 2 x 2 points: its default.
-    Reduced,
 }
 
 /// How a body answers on its contact surfaces. All give the same answer, at another cost.
@@ -230,75 +204,6 @@ pub enum Geometry {
         translate: [f64; 2],
         /// Where it is written.
         origin: Origin,
-    },
-}
-
-/// Subdivision of one direction of a structured mesh: strictly increasing relative or absolute positions of
-/// the cell boundaries (corner nodes), first to last.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Grading {
-    /// Positions of the corner nodes, increasing. For a rectangle they are coordinates in m, for a block or the
-    /// directions of a ring or half disc as the variant of [`Shape`] says.
-    pub at: Vec<f64>,
-}
-
-/// Built-in geometries. All elements are counter-clockwise.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
-    /// Axis-parallel rectangle; surfaces `left`, `right`, `bottom`, `top`.
-    Rectangle {
-        /// x of the corner nodes, m.
-        x: Grading,
-        /// y of the corner nodes, m.
-        y: Grading,
-    },
-    /// Four corners (bottom-left, bottom-right, top-right, top-left), mapped by a Coons patch; an edge is straight or
-    /// a circular arc. Surfaces `left`, `right`, `bottom`, `top`.
-    Block {
-        /// The corners, counter-clockwise from bottom-left, m.
-        corners: [[f64; 2]; 4],
-        /// Centre of the arc of `bottom`, `right`, `top`, `left` where it is one, m.
-        arcs: [Option<[f64; 2]>; 4],
-        /// Along bottom and top: 0 to 1 (fraction of the x extent on an arc edge is NOT used: fraction of arc length).
-        u: Grading,
-        /// From bottom to top: 0 to 1.
-        v: Grading,
-    },
-    /// Ring sector; surfaces `inner`, `outer`, `start`, `end` (the last two absent on a full ring).
-    Ring {
-        /// Centre, m.
-        center: [f64; 2],
-        /// Radii of the corner nodes, m.
-        radius: Grading,
-        /// Angles of the corner nodes, radians, counter-clockwise from x.
-        angle: Grading,
-    },
-    /// Half disc below (or above) its mid-plane: a core block and three outer blocks; surfaces `flat` (the mid-plane) and `arc`.
-    HalfDisc {
-        /// Centre of the mid-plane, m.
-        center: [f64; 2],
-        /// Radius, m.
-        radius: f64,
-        /// True: the arc points up (y >= center), false: down.
-        up: bool,
-        /// Along the arc: angle from the arc's lowest (highest) point, radians, over the middle block, symmetric
-        /// about 0, strictly inside (-pi/2, pi/2).
-        angle: Grading,
-        /// From the arc inwards: depth below the arc as a fraction of the radius, 0 first, last < 1.
-        depth: Grading,
-        /// Cells of the core between mid-plane and outer block.
-        core: usize,
-    },
-    /// Full disc: a square core and four outer blocks; surface `arc`.
-    Disc {
-        /// Centre, m.
-        center: [f64; 2],
-        /// Radius, m.
-        radius: f64,
-        /// Cells along each quarter of the rim.
-        quarter: usize,
-        /// From the rim inwards: depth as a fraction of the radius, 0 first, last < 1.
-        depth: Grading,
     },
 }
 
@@ -384,55 +289,6 @@ pub enum LoadKind {
     BodyForce([Scalar; 3]),
 }
 
-/// Material data. A table holds piecewise linear values over temperature, constant beyond its ends.
-#[derive(Debug, Clone)]
-pub struct MaterialCase {
-    /// Name, for messages.
-    pub name: String,
-    /// Young's modulus, Pa.
-    pub young: Property,
-    /// Poisson's ratio.
-    pub poisson: Property,
-    /// Mean coefficient of expansion from the reference temperature, 1/K; `None` where no body with this material is heated.
-    pub expansion: Option<Property>,
-    /// Reference temperature, K.
-    pub reference_temperature: f64,
-}
-
-/// A property: constant, or a table over temperature.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Property {
-    /// The same at every temperature.
-    Constant(f64),
-    /// (temperature K, value), temperatures strictly increasing, at least two rows.
-    Table(Vec<(f64, f64)>),
-}
-
-impl Property {
-    /// Value at a temperature, K: linear between rows, constant beyond the ends.
-    pub fn at(&self, temperature: f64) -> f64 {
-        match self {
-            Property::Constant(value) => *value,
-            Property::Table(rows) => {
-                let i = rows.partition_point(|row| row.0 <= temperature);
-                match (i, rows.len()) {
-                    (0, _) => rows[0].1,
-                    (i, n) if i == n => rows[n - 1].1,
-                    (i, _) => {
-                        let ((t0, v0), (t1, v1)) = (rows[i - 1], rows[i]);
-                        v0 + (v1 - v0) * (temperature - t0) / (t1 - t0)
-                    }
-                }
-            }
-        }
-    }
-
-    /// True if it varies with temperature.
-    pub fn is_table(&self) -> bool {
-        matches!(self, Property::Table(_))
-    }
-}
-
 /// A contact pair; `surfaces[0]` is side A.
 #[derive(Debug, Clone)]
 pub struct ContactCase {
@@ -445,7 +301,7 @@ pub struct ContactCase {
     /// Nodes further apart than this are no candidates, m; `None`: chosen from the surfaces' size.
     pub search_distance: Option<f64>,
     /// How conjugate points are found; [`Transfer::Pointwise`] only.
-    pub conjugate: Conjugate,
+    pub conjugate: ConjugateRule,
     /// Which configuration normals and gap are taken in.
     pub geometry: ContactGeometry,
     /// Where it is written.
@@ -489,27 +345,6 @@ pub enum ContactGeometry {
     Initial,
     /// The deformed one, brought up to date as the bodies move.
     Updated,
-}
-
-/// Initial gap of a pair, m; negative is interference.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Gap {
-    /// From the geometry, plus an offset.
-    Geometry {
-        /// Added to the geometric gap.
-        offset: f64,
-    },
-    /// This value at every node, whatever the geometry.
-    Value(f64),
-}
-
-/// How the conjugate point of a contact node is found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Conjugate {
-    /// Closest point of the other surface.
-    ClosestPoint,
-    /// The paper's rule: where the line through the node along its normal meets the other surface.
-    Intersection,
 }
 
 /// A point to report.

@@ -1,10 +1,10 @@
 //! Conjugate points of the two surfaces of a pair, and the initial gap between them.
+use super::{ConjugateRule, Gap};
 use super::{
     Projection, Surface,
     search::Search,
     vector::{dot, norm, sub, unit},
 };
-use crate::case;
 
 /// The conjugate point s of a contact node m.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +37,7 @@ impl Pairing {
     /// Where a node of the other surface lies within the slack that two normals that are not parallel leave, and
     /// the reverse holds, the two nodes are conjugate to each other: nodes that match by construction across an open,
     /// curved gap are found as such. `thickness` of the gap comes from the geometry unless the case gives it.
-    pub fn new(surfaces: [&Surface; 2], gap: &case::Gap, rule: case::Conjugate) -> Pairing {
+    pub fn new(surfaces: [&Surface; 2], gap: &Gap, rule: ConjugateRule) -> Pairing {
         let [a, b] = surfaces;
         let projections = [project(a, b, rule), project(b, a, rule)];
         let near = [nearest_nodes(&projections[0], b), nearest_nodes(&projections[1], a)];
@@ -64,8 +64,8 @@ impl Pairing {
                         return None;
                     }
                     let gap = match gap {
-                        case::Gap::Value(value) => *value,
-                        case::Gap::Geometry { offset: added } => dot(&normal, &offset) + added,
+                        Gap::Value(value) => *value,
+                        Gap::Geometry { offset: added } => dot(&normal, &offset) + added,
                     };
                     Some(Conjugate { terms, normal, gap })
                 })
@@ -78,12 +78,12 @@ impl Pairing {
 }
 
 /// Projection of every node of `from` onto `onto`.
-fn project(from: &Surface, onto: &Surface, rule: case::Conjugate) -> Vec<Option<Projection>> {
+fn project(from: &Surface, onto: &Surface, rule: ConjugateRule) -> Vec<Option<Projection>> {
     let search = Search::new(onto);
     std::iter::zip(&from.points, &from.normals)
         .map(|(x, normal)| match rule {
-            case::Conjugate::ClosestPoint => search.closest(x, normal),
-            case::Conjugate::Intersection => search.intersection(x, normal),
+            ConjugateRule::ClosestPoint => search.closest(x, normal),
+            ConjugateRule::Intersection => search.intersection(x, normal),
         })
         .collect()
 }

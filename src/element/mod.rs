@@ -1,6 +1,7 @@
 //! Element kinds: shape functions, facets, quadrature, and the matrices of a solid element.
 //!
 //! The only place, with `mesh` generators and surface integration, that knows the number of dimensions.
+mod formulation;
 mod geometry;
 mod load;
 mod quadrature;
@@ -8,6 +9,7 @@ mod recovery;
 mod shape;
 mod solid;
 
+pub use formulation::Formulation;
 pub use geometry::PointGeometry;
 pub use load::{body_load, facet_load, facet_weights};
 pub use quadrature::{

@@ -3,8 +3,8 @@
 //! Lines and quadrilaterals: Gauss-Legendre. Triangles: the centroid rule; Hammer and Stroud's three points
 //! (degree 2); Radon's seven points (degree 5, Monatsh. Math. 52 (1948) 286). Weights add up to the reference
 //! area: 4 for a quadrilateral, 1/2 for a triangle, 2 for a line.
+use super::Formulation;
 use super::{ElementKind, FacetKind};
-use crate::case::Formulation;
 
 /// A point of a rule.
 #[derive(Debug, Clone, Copy, PartialEq)]

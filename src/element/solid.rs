@@ -9,10 +9,10 @@
 //! (four parameters), which is that of Taylor, Beresford and Wilson, ibid. 10 (1976) 1211: the modes xi_m^2 /
 //! 2 with the gradient det J0 / det J  xi_m  J0^-T e_m, J0 the Jacobian at the centre. Its integral over the
 //! element is zero on any shape, so that the patch test holds.
+use super::Formulation;
 use super::geometry::Jacobian;
 use super::{ElementKind, MAX_NODES, PointGeometry, QuadraturePoint, stiffness_rule};
 use crate::Result;
-use crate::case::Formulation;
 
 /// What the material says at one quadrature point: sigma = H (eps - eps0), Voigt order (11, 22, 12) with
 /// gamma12 = 2 eps12.

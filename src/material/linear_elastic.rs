@@ -4,7 +4,7 @@
 //! coefficient alpha(T): plane stress H = E/(1 - nu^2) [1 nu 0; nu 1 0; 0 0 (1 - nu)/2], eps0 = alpha dT (1,
 //! 1, 0); plane strain the same with E/(1 - nu^2), nu/(1 - nu) and (1 + nu) alpha in the place of E, nu and
 //! alpha.
-use crate::case::{Analysis, MaterialCase, Property};
+use super::{Analysis, MaterialCase, Property};
 use crate::element::PointLaw;
 
 /// Young's modulus, Poisson's ratio and mean expansion coefficient, each perhaps a function of temperature.

@@ -7,10 +7,12 @@ mod block;
 mod disc;
 mod net;
 mod ring;
+mod shape;
 #[cfg(test)]
 mod tests;
 
-use crate::case::{Grading, Shape};
+pub use shape::{Grading, Shape};
+
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;

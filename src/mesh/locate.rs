@@ -113,7 +113,7 @@ fn inverse_map(points: &[[f64; 3]], cell: &Cell, x: &[f64; 3]) -> Option<[f64; 3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::Shape;
+    use crate::mesh::Shape;
     use crate::mesh::testing::{uniform, unit_square};
     use crate::mesh::{Mesh, generate};
 

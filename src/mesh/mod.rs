@@ -12,7 +12,7 @@ mod testing;
 
 pub use check::check;
 pub use components::components;
-pub use generate::generate;
+pub use generate::{Grading, Shape, generate};
 pub use gmsh::read as read_gmsh;
 pub use locate::{Locator, nearest_node};
 pub use part::{MeshPart, Numbering};

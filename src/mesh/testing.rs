@@ -1,7 +1,7 @@
 //! Meshes and measures that several tests of this module share.
 use super::{Facet, Mesh, generate};
-use crate::case::{Grading, Shape};
 use crate::element::ElementKind;
+use crate::mesh::{Grading, Shape};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// n + 1 positions from `a` to `b`.

@@ -2,7 +2,29 @@
 //!
 //! The weight of a node m multiplies (u_s - u_m) in the displacement correction (21) and (R_s - R_m) in the force
 //! correction (22); its conjugate point takes one minus it (31, 33), so after a correction both sides agree.
-pub use crate::case::Weights;
+/// Weights of the corrections ("iteration parameters", eqs. 30-36 of the paper).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Weights {
+    /// One number for both steps (30, 31).
+    Constant(f64),
+    /// Ratio of magnitudes (32, 35).
+    Magnitude,
+    /// Ratio per component (34, 36).
+    Component,
+    /// Response per node: |v_m| / (|v_m| + |v_s|), v = u - u_free. The default.
+    Response,
+    /// Response with norms over the active nodes of the surface.
+    ResponseSurface,
+    /// E'_B / (E'_A + E'_B), constant.
+    Stiffness,
+}
+
+impl Weights {
+    /// True if the weight does not follow the solution.
+    pub fn is_constant(self) -> bool {
+        matches!(self, Weights::Constant(_) | Weights::Stiffness)
+    }
+}
 
 /// What the weights look at: one quantity on the own side (m) and on the conjugate side (s).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

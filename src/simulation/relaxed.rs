@@ -137,7 +137,7 @@ impl Contacts {
 /// Gap, in largest closings, up to which contact forces may be expected to close it.
 const REACH: f64 = 2.0;
 
-/// Conjugate points and candidates of every pair this rank shares. Collective on the roots.
+/// ConjugateRule points and candidates of every pair this rank shares. Collective on the roots.
 fn pair_up(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
     let packed: Vec<Vec<f64>> = plan.surfaces.iter().map(Surface::pack).collect();
     let others: Vec<Surface> = exchange.swap(&packed).iter().map(|v| Surface::unpack(v)).collect();

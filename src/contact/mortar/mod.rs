@@ -19,13 +19,13 @@ mod tests;
 
 pub use side::multiplier_side;
 
+use super::Gap;
 use super::{
     Row, Surface,
     rows::ROUND_OFF,
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
 };
-use crate::case;
 use dual::{Dual, Part};
 use nalgebra::{DMatrix, DVector};
 use segments::{Edge, SLIVER, Segments};
@@ -58,13 +58,13 @@ const GAUSS6: [(f64, f64); 6] = [
 pub fn rows(
     multiplier: &Surface,
     mortar: &Surface,
-    gap: &case::Gap,
+    gap: &Gap,
     thickness: f64,
     search_distance: f64,
 ) -> Vec<Row> {
     let limit = match gap {
-        case::Gap::Value(_) => f64::INFINITY,
-        case::Gap::Geometry { offset } => MARGIN * search_distance - offset,
+        Gap::Value(_) => f64::INFINITY,
+        Gap::Geometry { offset } => MARGIN * search_distance - offset,
     };
     let segments = Segments::new(multiplier, mortar, limit);
     let edges: Vec<Overlap> =
@@ -210,13 +210,13 @@ struct Sums {
 }
 
 impl Sums {
-    fn into_row(self, node: u32, gap: &case::Gap, thickness: f64) -> Option<Row> {
+    fn into_row(self, node: u32, gap: &Gap, thickness: f64) -> Option<Row> {
         if self.area.is_nan() || self.area <= 0.0 {
             return None;
         }
         let gap = match gap {
-            case::Gap::Value(value) => *value,
-            case::Gap::Geometry { offset } => self.gap / self.area + offset,
+            Gap::Value(value) => *value,
+            Gap::Geometry { offset } => self.gap / self.area + offset,
         };
         let size = NEGLIGIBLE * self.area;
         let mut terms = self.terms.map(|terms| -> Vec<(u32, [f64; 3])> {

@@ -4,7 +4,7 @@ use super::super::{
     vector::{dot, norm, sub},
 };
 use super::{Row, multiplier_side, rows};
-use crate::case::Gap;
+use crate::contact::{ConjugateRule, Gap};
 
 const TOUCHING: Gap = Gap::Geometry { offset: 0.0 };
 
@@ -410,7 +410,7 @@ fn given_gaps_and_distances() {
     assert_eq!(rows(&a, &b, &TOUCHING, 0.1, 1.0).iter().map(|r| r.area).sum::<f64>(), 0.1);
     let closed = b.moved(&vec![[0.0, -0.2, 0.0]; b.nodes.len()]);
     assert!(rows(&a, &closed, &TOUCHING, 1.0, 0.1).iter().all(|r| (r.gap - 0.05).abs() < 1e-15));
-    let pairing = Pairing::new([&a, &b], &TOUCHING, crate::case::Conjugate::ClosestPoint);
+    let pairing = Pairing::new([&a, &b], &TOUCHING, ConjugateRule::ClosestPoint);
     let found = pointwise(&a, &pairing.conjugates[0], 0.25);
     assert_eq!(found.len(), 6);
     assert!(
@@ -457,7 +457,7 @@ fn many_facets_take_little_time() {
     assert_eq!(rows(&a, &b, &TOUCHING, 1.0, f64::INFINITY).len(), n + 1);
     let (disc, bore) = (circle(n, 1.0, true, false, 0.0), circle(n, 1.1, true, true, 0.0));
     assert_eq!(rows(&disc, &bore, &TOUCHING, 1.0, f64::INFINITY).len(), 2 * n);
-    let pairing = Pairing::new([&a, &b], &TOUCHING, crate::case::Conjugate::Intersection);
+    let pairing = Pairing::new([&a, &b], &TOUCHING, ConjugateRule::Intersection);
     assert!(pairing.conjugates[0].iter().all(Option::is_some));
     assert!(start.elapsed().as_secs_f64() < 60.0, "{:?}", start.elapsed());
 }

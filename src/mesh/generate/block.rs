@@ -1,7 +1,7 @@
 //! Rectangle and block with four straight or circular edges.
+use super::Grading;
 use super::net::{Grid, Net, middle};
 use super::{affordable, finite, fractions, positions};
-use crate::case::Grading;
 use crate::error::{Error, Result};
 
 /// Axis-parallel rectangle.

@@ -1,7 +1,7 @@
 //! Half disc and disc: a core block surrounded by outer blocks whose mesh lines run from the rim inwards.
+use super::Grading;
 use super::net::{Grid, Net, middle};
 use super::{affordable, finite, fractions, positions, positive};
-use crate::case::Grading;
 use crate::error::{Error, Result};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, PI};
 

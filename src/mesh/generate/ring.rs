@@ -1,7 +1,7 @@
 //! Ring sector or full ring.
+use super::Grading;
 use super::net::{Grid, Net};
 use super::{affordable, direction, finite, positions};
-use crate::case::Grading;
 use crate::error::{Error, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
 

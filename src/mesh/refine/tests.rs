@@ -1,7 +1,7 @@
 use super::*;
-use crate::case::{Grading, Shape};
 use crate::element::ElementKind;
 use crate::mesh::testing::*;
+use crate::mesh::{Grading, Shape};
 use crate::mesh::{check, generate};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -1,0 +1,74 @@
+//! Material data, perhaps over temperature, and the two-dimensional idealisation.
+
+/// The two-dimensional idealisation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Analysis {
+    /// sigma_zz = 0.
+    PlaneStress {
+        /// Thickness, m.
+        thickness: f64,
+    },
+    /// eps_zz = 0.
+    PlaneStrain {
+        /// Thickness, m.
+        thickness: f64,
+    },
+}
+
+impl Analysis {
+    /// Thickness of the slice, m.
+    pub fn thickness(self) -> f64 {
+        match self {
+            Analysis::PlaneStress { thickness } | Analysis::PlaneStrain { thickness } => thickness,
+        }
+    }
+}
+
+/// Material data. A table holds piecewise linear values over temperature, constant beyond its ends.
+#[derive(Debug, Clone)]
+pub struct MaterialCase {
+    /// Name, for messages.
+    pub name: String,
+    /// Young's modulus, Pa.
+    pub young: Property,
+    /// Poisson's ratio.
+    pub poisson: Property,
+    /// Mean coefficient of expansion from the reference temperature, 1/K; `None` where no body with this material is heated.
+    pub expansion: Option<Property>,
+    /// Reference temperature, K.
+    pub reference_temperature: f64,
+}
+
+/// A property: constant, or a table over temperature.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Property {
+    /// The same at every temperature.
+    Constant(f64),
+    /// (temperature K, value), temperatures strictly increasing, at least two rows.
+    Table(Vec<(f64, f64)>),
+}
+
+impl Property {
+    /// Value at a temperature, K: linear between rows, constant beyond the ends.
+    pub fn at(&self, temperature: f64) -> f64 {
+        match self {
+            Property::Constant(value) => *value,
+            Property::Table(rows) => {
+                let i = rows.partition_point(|row| row.0 <= temperature);
+                match (i, rows.len()) {
+                    (0, _) => rows[0].1,
+                    (i, n) if i == n => rows[n - 1].1,
+                    (i, _) => {
+                        let ((t0, v0), (t1, v1)) = (rows[i - 1], rows[i]);
+                        v0 + (v1 - v0) * (temperature - t0) / (t1 - t0)
+                    }
+                }
+            }
+        }
+    }
+
+    /// True if it varies with temperature.
+    pub fn is_table(&self) -> bool {
+        matches!(self, Property::Table(_))
+    }
+}
