@@ -1,7 +1,7 @@
 //! What a run leaves behind: `result.vtkhdf`, `summary.json`, pictures.
 //!
 //! All ranks call [`prepare`] before anything is computed and [`write()`] when it is; then rank 0 draws the
-//! pictures from the file and writes the [`Summary`](crate::record::Summary), last of all.
+//! pictures from the file and writes the [`Summary`], last of all.
 use crate::{
     error::{Error, Result},
     record::Summary,
