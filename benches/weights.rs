@@ -5,6 +5,7 @@
 //! Cylinder on block, frictionless, plane strain, quad4, matching nodes: R = 0.05 m, E_B = 210 GPa, nu = 0.3. Block
 //! |x| <= 0.05, -0.05 <= y <= 0, bottom clamped; upper body from the arc (|x| <= 0.04) up to y = 0.05, its top moved
 //! by (0, -2e-4) m. Counted: alternations until the contact forces are within 1e-8 of the discrete solution.
+use kontakt::vector::smaller;
 use kontakt::{
     Result, case, petsc,
     schwarz::{Alternation, Reason, Settings, Watch, weights::Weights},
@@ -149,7 +150,7 @@ fn count(
         *exact = Some(alternation.states.iter().flat_map(|s| s.force.clone()).collect());
         return Ok(String::new());
     }
-    let best = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let best = errors.iter().copied().fold(f64::INFINITY, smaller);
     Ok(if best < 0.05 { format!("stalls at {best:.0e}") } else { "diverges".into() })
 }
 

@@ -13,6 +13,9 @@ pub enum Error {
     /// A body can move freely as a rigid body: exit code 4.
     #[error("{0}")]
     Unrestrained(String),
+    /// A body answered with what is not a finite number: exit code 3.
+    #[error("{0}")]
+    NotFinite(String),
     /// A library call failed, or kontakt itself is wrong: exit code 1.
     #[error("{0}")]
     Internal(String),
@@ -34,6 +37,7 @@ impl Error {
         match self {
             Error::Internal(_) => 1,
             Error::Input(_) => 2,
+            Error::NotFinite(_) => 3,
             Error::Unrestrained(_) => 4,
         }
     }

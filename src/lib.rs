@@ -17,5 +17,6 @@ pub mod scene;
 pub mod schwarz;
 pub mod simulation;
 pub mod study;
+pub mod vector;
 
 pub use error::{Error, Result};

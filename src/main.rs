@@ -268,13 +268,14 @@ fn print_row(row: &HistoryRow, terminal: bool) {
     let HistoryRow { alternation, displacement_jump: jump, force_imbalance, active, open, flips, .. } = row;
     let HistoryRow { contraction, penetration, .. } = row;
     if terminal {
+        let contraction = contraction.map_or_else(String::new, |c| format!("{c:.3}"));
         if *alternation == 1 {
             eprintln!(
                 "alternation  gap residual  force imbalance  closed    open   flips  penetration  contraction"
             );
         }
         eprintln!(
-            "{alternation:11}  {jump:12.3e}  {force_imbalance:15.3e}  {active:6}  {open:6}  {flips:6}  {penetration:11.3e}  {contraction:11.3}"
+            "{alternation:11}  {jump:12.3e}  {force_imbalance:15.3e}  {active:6}  {open:6}  {flips:6}  {penetration:11.3e}  {contraction:>11}"
         );
     } else {
         eprintln!(

@@ -1,4 +1,5 @@
 //! How a body answers contact: condensed and by its solver, free and held, on 1, 2 and 3 ranks.
+use kontakt::vector::larger;
 use kontakt::{
     body::{Body, BodyRow, LoadFactors, Response, ResponseKind, find_facets},
     case::{self, Case, Origin},
@@ -140,8 +141,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[track_caller]
 fn assert_close(a: &[f64], b: &[f64], relative: f64, what: &str) {
     assert_eq!(a.len(), b.len(), "{what}");
-    let scale = a.iter().chain(b).fold(1e-300, |m: f64, v| m.max(v.abs()));
-    let off = std::iter::zip(a, b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    let scale = a.iter().chain(b).fold(1e-300, |m, v| larger(m, v.abs()));
+    let off = std::iter::zip(a, b).fold(0.0, |m, (a, b)| larger(m, (a - b).abs()));
     assert!(off <= relative * scale, "{what}: {off:.1e} of {scale:.1e}");
 }
 
@@ -250,7 +251,7 @@ fn displacement_steps_invert_force_steps() {
                             r.force_step(&e).unwrap()[j]
                         })
                         .collect();
-                    let largest = unit.iter().copied().fold(0.0, f64::max);
+                    let largest = unit.iter().copied().fold(0.0, larger);
                     let mut seen = std::collections::HashSet::new();
                     let usable: Vec<bool> =
                         (0..n).map(|j| unit[j] > 0.02 * largest && seen.insert(scene.interface[j])).collect();

@@ -4,6 +4,7 @@ mod fe;
 use fe::*;
 use kontakt::case::Formulation;
 use kontakt::element::{ElementKind, PointLaw, SolidElement};
+use kontakt::vector::larger;
 use nalgebra::DMatrix;
 
 fn element(kind: ElementKind, formulation: Formulation) -> SolidElement {
@@ -100,7 +101,7 @@ fn internal_force_of_the_stresses_is_k_u_minus_f() {
             points.map(|(i, (p, e))| law(i, &element.kind().shape(&p.xi).n[..n / 2]).stress(*e)).collect();
         let mut internal = vec![0.; n];
         element.internal_force(&geometry, 0.7, &stress, &mut internal);
-        let scale = k.iter().fold(0., |m: f64, k| m.max(k.abs())) * 1e-3;
+        let scale = k.iter().fold(0., |m, k| larger(m, k.abs())) * 1e-3;
         for i in 0..n {
             let expected: f64 = (0..n).map(|j| k[i * n + j] * u[j]).sum::<f64>() - f[i];
             assert!((internal[i] - expected).abs() < 1e-13 * scale, "{element:?} dof {i}");
@@ -145,7 +146,7 @@ fn patch_test_with_tractions() {
 }
 
 fn assert_constant<L: Fn(&[f64; 3]) -> PointLaw>(system: &System<L>, u: &[f64], expected: [f64; 3]) {
-    let scale = expected.iter().fold(0., |m: f64, s| m.max(s.abs()));
+    let scale = expected.iter().fold(0., |m, s| larger(m, s.abs()));
     for [_, _, stress] in system.strains_and_stresses(u) {
         for i in 0..3 {
             let error = (stress[i] - expected[i]).abs();

@@ -7,6 +7,7 @@ mod hertz;
 
 use common::inside::{Runner, point_field};
 use hertz::{A, P0, cylinders, on_plane};
+use kontakt::vector::larger;
 use kontakt::{
     case::{Case, Tolerance},
     element::{PointGeometry, PointLaw, SolidElement, load_rule},
@@ -79,10 +80,10 @@ impl Solved {
     /// Largest error of the nodal pressures of the peak, relative to the exact peak.
     fn pressure_error(&self, exact: impl Fn(&[f64; 3]) -> f64, peak: f64) -> f64 {
         let side = self.multipliers();
-        let largest = side.pressure.iter().copied().fold(0.0, f64::max);
+        let largest = side.pressure.iter().copied().fold(0.0, larger);
         let near = std::iter::zip(&side.x, &side.pressure)
             .filter(|(_, p)| **p >= estimate::pressure::PEAK * largest);
-        near.map(|(x, p)| (p - exact(x)).abs() / peak).fold(0.0, f64::max)
+        near.map(|(x, p)| (p - exact(x)).abs() / peak).fold(0.0, larger)
     }
 
     fn multipliers(&self) -> &SideTable {

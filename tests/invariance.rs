@@ -5,6 +5,7 @@
 mod common;
 
 use common::inside::Runner;
+use kontakt::vector::larger;
 use kontakt::{
     case::{self, Case, Gap, Tolerance},
     record::Summary,
@@ -30,7 +31,7 @@ fn same(a: &Summary, b: &Summary, length: f64, force: f64, relative: f64, what: 
 /// Displacements of probes, turned by `angle`.
 fn same_probes(a: &Summary, b: &Summary, angle: f64, what: &str) {
     let (sin, cos) = angle.sin_cos();
-    let largest = a.probes.iter().map(|p| p.displacement[0].hypot(p.displacement[1])).fold(0.0, f64::max);
+    let largest = a.probes.iter().map(|p| p.displacement[0].hypot(p.displacement[1])).fold(0.0, larger);
     for (a, b) in std::iter::zip(&a.probes, &b.probes) {
         let u = &a.displacement;
         let expected = [cos * u[0] - sin * u[1], sin * u[0] + cos * u[1]];
@@ -149,7 +150,7 @@ fn mirror(runner: &Runner) {
     let (_, results) = runner.run(&runner.read("hertz-line"));
     for side in &results.pairs[0].sides {
         let side = side.as_ref().expect("one process holds both sides");
-        let (n, largest) = (side.x.len(), side.pressure.iter().copied().fold(0.0, f64::max));
+        let (n, largest) = (side.x.len(), side.pressure.iter().copied().fold(0.0, larger));
         for i in 0..n {
             let j = n - 1 - i;
             assert!((side.x[i][0] + side.x[j][0]).abs() <= 1e-15, "the mesh is mirrored");

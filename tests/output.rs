@@ -120,7 +120,7 @@ fn history() -> Vec<HistoryRow> {
         open: 9 - i,
         flips: p,
         force_imbalance: 1e-13,
-        contraction: 0.2 + 0.1 * p as f64,
+        contraction: Some(0.2 + 0.1 * p as f64),
     };
     let row = |i: u64| HistoryRow {
         step: 1,
@@ -133,7 +133,7 @@ fn history() -> Vec<HistoryRow> {
         active: 7 + i,
         open: 20 - i,
         flips: i % 2,
-        contraction: 0.1,
+        contraction: Some(0.1),
         seconds: i as f64 * 0.5,
         pairs: vec![pair(i, 0), pair(i, 1)],
     };

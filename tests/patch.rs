@@ -2,6 +2,7 @@
 mod common;
 
 use common::inside::{Runner, point_bodies, point_field, sides};
+use kontakt::vector::larger;
 use kontakt::{case::Case, output::Results};
 
 /// Width, and heights of the lower and the upper block, m.
@@ -165,7 +166,7 @@ fn largest_displacements(results: &Results) -> [f64; 2] {
     let mut largest = [0.0_f64; 2];
     let u = &point_field(results, "displacement").values;
     for (body, u) in std::iter::zip(point_bodies(results), u.chunks_exact(3)) {
-        largest[body] = largest[body].max(u[0].hypot(u[1]));
+        largest[body] = larger(largest[body], u[0].hypot(u[1]));
     }
     largest
 }
@@ -187,7 +188,7 @@ fn check(
     assert_eq!(surfaces.len(), 2, "{what}");
     let mut worst = 0.0_f64;
     for side in surfaces {
-        worst = side.pressure.iter().fold(worst, |w, p| w.max((p / PRESSURE - 1.0).abs()));
+        worst = side.pressure.iter().fold(worst, |w, p| larger(w, (p / PRESSURE - 1.0).abs()));
     }
     small(failures, worst, either, &format!("{what}: pressure"));
     let cells = &results.piece.cell_fields.iter().find(|f| f.name == "stress").expect("stress").values;
@@ -198,7 +199,7 @@ fn check(
     {
         for (found, body) in std::iter::zip(values.chunks_exact(6), bodies) {
             for (found, exact) in std::iter::zip(found, stress[body]) {
-                worst[body] = worst[body].max((found / PRESSURE - exact).abs());
+                worst[body] = larger(worst[body], (found / PRESSURE - exact).abs());
             }
         }
     }
@@ -250,7 +251,7 @@ fn uniaxial(failures: &mut Vec<String>, runner: &Runner, row: &Row, meshes: &Mes
         };
         let exact = [PRESSURE * compliance[body][1] * x[0], along];
         for c in 0..2 {
-            error = error.max((u[c] - exact[c]).abs() / largest[body]);
+            error = larger(error, (u[c] - exact[c]).abs() / largest[body]);
         }
     }
     small(failures, error, 1e-10, &format!("{what}: displacement"));

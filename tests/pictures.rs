@@ -50,7 +50,7 @@ fn results(piece: Piece, pairs: Vec<PairTables>, title: &str, units: Units) -> R
             displacement_jump: 0.3 * 0.42f64.powi(i as i32),
             force_imbalance: if i == 1 { f64::NAN } else { (0.5 * 0.3f64.powi(i as i32)).max(3e-13) },
             active: [40, 31, 29, 28, 27][(i as usize - 1).min(4)],
-            contraction: 0.42,
+            contraction: Some(0.42),
             seconds: 0.01 * i as f64,
             ..HistoryRow::default()
         })

@@ -1,4 +1,5 @@
 //! Curves on logarithmic axes, as PNG and SVG.
+use kontakt::vector::{larger, smaller};
 use kontakt::{Error, Result};
 use plotters::{
     coord::Shift,
@@ -74,8 +75,8 @@ fn panels_on<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panels: &[Panel], 
 /// All values, with a third of a decade free on both sides.
 fn range(values: impl Iterator<Item = f64> + Clone) -> std::ops::Range<f64> {
     const FREE: f64 = 2.2;
-    let low = values.clone().fold(f64::INFINITY, f64::min);
-    low / FREE..FREE * values.fold(0.0, f64::max)
+    let low = values.clone().fold(f64::INFINITY, smaller);
+    low / FREE..FREE * values.fold(0.0, larger)
 }
 
 fn one<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panel: &Panel, scale: u32) -> Drawn {

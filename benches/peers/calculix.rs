@@ -1,5 +1,6 @@
 //! CalculiX: deck, start, peak pressure.
 use super::decks::{ELASTIC, Pair};
+use kontakt::vector::larger;
 use kontakt::{Error, Result};
 use std::{fmt::Write, path::Path, process::Command};
 
@@ -36,7 +37,7 @@ pub fn peak(directory: &Path) -> Option<f64> {
         let numbers: Vec<f64> = line.split_whitespace().map_while(|word| word.parse().ok()).collect();
         (numbers.len() == 5).then(|| numbers[2])
     });
-    pressures.reduce(f64::max)
+    pressures.reduce(larger)
 }
 
 /// Plane strain, one linear step. CalculiX reads 20 characters of a number.

@@ -5,6 +5,7 @@ use super::{
     hanging::Hanging,
     region,
 };
+use crate::vector::larger;
 use crate::{
     case::{BodyCase, LoadKind, Region},
     element::{MAX_NODES, body_load, facet_load, facet_weights},
@@ -192,7 +193,7 @@ impl Parameters<'_> {
                     if supported {
                         prescribed[node as usize * dim + c] += g[a * dim + c];
                     }
-                    largest = largest.max(k[(a * dim + c) * (n + 1)]);
+                    largest = larger(largest, k[(a * dim + c) * (n + 1)]);
                 }
             }
             entries.add(&global[..n], k);

@@ -12,7 +12,7 @@ use crate::{
     petsc::{Cholesky, Symmetric},
     schwarz::Spring,
 };
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 use std::{rc::Rc, time::Instant};
 
 /// A row whose compliance is below this share of the mean is held by a support.
@@ -231,7 +231,8 @@ pub(super) fn pseudo_inverse(a: DMatrix<f64>) -> DMatrix<f64> {
     if a.is_empty() {
         return a;
     }
-    let mut eigen = SymmetricEigen::new(a);
+    let n = a.nrows();
+    let Some(mut eigen) = crate::vector::symmetric_eigen(a) else { return DMatrix::zeros(n, n) };
     let largest = eigen.eigenvalues.max();
     eigen.eigenvalues.apply(|v| *v = if *v > UNSEEN * largest { 1.0 / *v } else { 0.0 });
     eigen.recompose()

@@ -12,7 +12,7 @@ use crate::{
     petsc::{Ksp, Matrix, Vector},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
 /// Rows whose directions at a node have at least this cosine prescribe one direction; others (another surface at a
@@ -223,7 +223,7 @@ fn needed_fixings(solver: &Solver, nodes: &[Prescribed]) -> Vec<(u32, [f64; 3])>
     if n == 0 {
         return Vec::new();
     }
-    let eigen = SymmetricEigen::new(gram);
+    let Some(eigen) = crate::vector::symmetric_eigen(gram) else { return Vec::new() };
     let largest = eigen.eigenvalues.max();
     let loose: Vec<usize> = (0..n).filter(|&k| eigen.eigenvalues[k] <= LOOSE * largest).collect();
     // What each fixing sees of the loose combinations of modes.

@@ -1,5 +1,6 @@
 //! Rigid motions that the supports leave to a body, or to a piece of its mesh, and what holds them meanwhile.
 use super::{Constraints, NodeConstraint};
+use crate::vector::larger;
 use crate::{
     contact::vector::dot,
     mesh::{Mesh, components},
@@ -76,7 +77,7 @@ impl FreeModes {
             let center =
                 nodes().fold([0.0; 2], |c, i| [c[0] + mesh.points[i][0] / n, c[1] + mesh.points[i][1] / n]);
             let arm = |i: usize| [mesh.points[i][0] - center[0], mesh.points[i][1] - center[1]];
-            let length = nodes().map(|i| arm(i)[0].hypot(arm(i)[1])).fold(f64::MIN_POSITIVE, f64::max);
+            let length = nodes().map(|i| arm(i)[0].hypot(arm(i)[1])).fold(f64::MIN_POSITIVE, larger);
             let mut gram = Matrix3::zeros();
             for (&node, constraint) in
                 constraints.0.iter().filter(|(node, _)| piece[**node as usize] == p as u32)

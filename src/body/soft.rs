@@ -8,11 +8,12 @@
 //!
 //! whatever G is; with the softest eigenvectors of S in G nothing in S_t^-1 is large. An L that is round-off of S counts
 //! as zero: contact alone holds that mode.
+use crate::vector::{larger, symmetric_eigen};
 use crate::{
     error::{Error, Result},
     petsc::{Cholesky, Symmetric},
 };
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 /// Lanczos steps to find the largest compliance: a factor of two is near enough.
 const LANCZOS_STEPS: usize = 6;
@@ -62,7 +63,7 @@ impl Split {
         let n_rigid = patterns.len();
         patterns.append(&mut orthonormal(&s.eigenvectors_below(limit)?, &patterns));
         let patterns = patterns.split_off(n_rigid);
-        let t = free().map(|i| s.at(i, i)).fold(0.0, f64::max);
+        let t = free().map(|i| s.at(i, i)).fold(0.0, larger);
         let stiffened = s.clone().add_outer(t, &patterns)?;
         let Some(factor) = stiffened.into_cholesky(0.0)? else { return Ok(None) };
         let modes = soft_modes(&s, &factor, &patterns, t)?;
@@ -104,7 +105,7 @@ impl Split {
             1 => off[i.max(j)],
             _ => 0.0,
         });
-        Ok(if m == 0 { 0.0 } else { SymmetricEigen::new(t).eigenvalues.max() })
+        Ok(if m == 0 { 0.0 } else { symmetric_eigen(t).ok_or_else(overflown)?.eigenvalues.max() })
     }
 }
 
@@ -123,7 +124,7 @@ fn soft_modes(s: &Symmetric, factor: &Cholesky, patterns: &[Vec<f64>], t: f64) -
     // Symmetric to round-off; the formulas above turn with an orthogonal change of G.
     let image: Vec<Vec<f64>> = phi.column_iter().map(|c| s.times(c.as_slice())).collect::<Result<_>>()?;
     let stiffness = phi.transpose() * DMatrix::from_vec(n, m, image.concat());
-    let eigen = SymmetricEigen::new(0.5 * (&stiffness + stiffness.transpose()));
+    let eigen = symmetric_eigen(0.5 * (&stiffness + stiffness.transpose())).ok_or_else(overflown)?;
     phi *= &eigen.eigenvectors;
     let round_off = n as f64 * f64::EPSILON * t;
     let mut found = SoftModes::default();
@@ -135,6 +136,14 @@ fn soft_modes(s: &Symmetric, factor: &Cholesky, patterns: &[Vec<f64>], t: f64) -
         found.stiffness.push(l * (t + l) / t / (largest * largest));
     }
     Ok(found)
+}
+
+fn overflown() -> Error {
+    Error::NotFinite(
+        "the stiffness of a body against its softest motions is not a finite number: look for a modulus or a size that is \
+         out of all proportion"
+            .into(),
+    )
 }
 
 /// An orthonormal basis of what the vectors span outside `others` (Gram-Schmidt, twice).

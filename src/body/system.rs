@@ -3,6 +3,7 @@ use super::{
     Cost, Interface,
     soft::{SoftModes, Split},
 };
+use crate::vector::larger;
 use crate::{
     error::{Error, Result},
     parallel::{self, agree},
@@ -79,10 +80,11 @@ impl System {
         cost: &SharedCost,
     ) -> Result<System> {
         let failed = |e: Error| {
-            Error::internal(format!(
-                "body '{}': the stiffness matrix cannot be factorised: {e}",
-                setting.body
-            ))
+            let text = format!("body '{}': the stiffness matrix cannot be factorised: {e}", setting.body);
+            match e {
+                Error::NotFinite(_) => Error::NotFinite(text),
+                _ => Error::internal(text),
+            }
         };
         let start = Instant::now();
         let answer = if condensed {
@@ -180,7 +182,7 @@ impl System {
         let Condensate { interior, dofs, .. } = &**condensate;
         let mut inside = b.to_vec();
         dofs.iter().for_each(|&dof| inside[dof] = 0.0);
-        let size = parallel::max(group, &[inside.iter().fold(0.0, |m: f64, v| m.max(v.abs()))])[0];
+        let size = parallel::max(group, &[inside.iter().fold(0.0, |m, v| larger(m, v.abs()))])[0];
         if size == 0.0 {
             return Ok(dofs.iter().map(|&dof| b[dof]).collect());
         }

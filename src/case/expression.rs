@@ -3,6 +3,7 @@
 //! Compiled once into a postfix program on a small stack. The usual rules hold: `-x^2` is `-(x^2)`, `2^3^2`
 //! is `2^(3^2)`, `a/b*c` is `(a/b)*c`, `1e-3` is a number.
 use super::nearest;
+use crate::vector::{larger, smaller};
 
 /// A parsed expression of `x`, `y`, `z`.
 #[derive(Debug, Clone)]
@@ -55,7 +56,7 @@ pub(super) const FUNCTIONS: [Function; 14] = [
 ];
 /// Functions of two arguments.
 pub(super) const FUNCTIONS_OF_TWO: [FunctionOfTwo; 3] =
-    [("min", f64::min), ("max", f64::max), ("atan2", f64::atan2)];
+    [("min", smaller), ("max", larger), ("atan2", f64::atan2)];
 /// Deepest stack a program may need, and deepest nesting of brackets.
 const DEPTH: usize = 32;
 

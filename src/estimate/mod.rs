@@ -16,6 +16,7 @@ mod recovery;
 
 pub use energy::{BodyError, CellError};
 
+use crate::vector::larger;
 use crate::{
     case::Case,
     contact::Surface,
@@ -109,7 +110,7 @@ impl Estimate {
             pair.side = side as usize;
             pair.body = contact.surfaces[pair.side].body.deformable().unwrap_or(0);
         }
-        let contact_pressure = pairs.iter().filter_map(|p| p.pressure).reduce(f64::max);
+        let contact_pressure = pairs.iter().filter_map(|p| p.pressure).reduce(larger);
         let body_energy = sums.iter().map(|s| energy::relative(s[0], s[1])).collect();
         let energy = together(&mut sums.iter());
         Estimate { bodies, body_energy, pairs, energy, contact_pressure }

@@ -1,5 +1,6 @@
 //! Polynomials fitted to the stresses of the cells around a node.
 use super::plane::Plane;
+use crate::vector::larger;
 use nalgebra::{SMatrix, SVector};
 
 /// Most terms: 1, x, y, x^2, xy, y^2.
@@ -39,7 +40,7 @@ impl Samples {
     /// them.
     pub fn fit(&self, center: [f64; 3], terms: usize) -> Fit {
         let distance = |p: &[f64; 3]| (p[0] - center[0]).hypot(p[1] - center[1]);
-        let size = self.points.iter().map(distance).fold(0.0, f64::max);
+        let size = self.points.iter().map(distance).fold(0.0, larger);
         let size = if size > 0.0 { size } else { 1.0 };
         let found = match terms {
             6 => self.solve::<6>(&center, size).or_else(|| self.solve::<3>(&center, size)),

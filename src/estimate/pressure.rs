@@ -6,6 +6,7 @@
 //! parabola fitted to five nodes; of the square of the pressure where the contact ends within the surface, for there p^2
 //! and not p is smooth (Hertz: p = p0 sqrt(1 - x^2/a^2)).
 use crate::contact::Surface;
+use crate::vector::larger;
 use nalgebra::{DMatrix, DVector};
 
 /// Nodes of a parabola.
@@ -158,7 +159,7 @@ impl Chain {
                 let smooth = at(run.s[j]);
                 let scatter = p[j] - smooth;
                 let mean = self.mean_around(run, j, &at) - smooth;
-                NodalPressure { error: scatter.abs().max(mean.abs()), smooth }
+                NodalPressure { error: larger(scatter.abs(), mean.abs()), smooth }
             })
             .collect()
     }
@@ -208,7 +209,7 @@ fn polynomial(
     center: f64,
     degree: usize,
 ) -> impl Fn(f64) -> f64 {
-    let size = nodes.iter().map(|(i, _)| (s[*i] - center).abs()).fold(0.0, f64::max);
+    let size = nodes.iter().map(|(i, _)| (s[*i] - center).abs()).fold(0.0, larger);
     let size = if size > 0.0 { size } else { 1.0 };
     let matrix = DMatrix::from_fn(nodes.len(), degree + 1, |r, k| {
         let (i, weight) = nodes[r];
@@ -224,13 +225,13 @@ fn polynomial(
 /// Largest of the errors at the nodes whose pressure is at least [`PEAK`] of the largest, relative to the largest of the
 /// smooth curves there; `None` if there is no pressure.
 pub fn relative(pressure: &[f64], errors: &[NodalPressure]) -> Option<f64> {
-    let peak = pressure.iter().copied().fold(0.0, f64::max);
+    let peak = pressure.iter().copied().fold(0.0, larger);
     if peak <= 0.0 {
         return None;
     }
     let near = std::iter::zip(pressure, errors).filter(|(p, _)| **p >= PEAK * peak);
     let (error, smooth) =
-        near.fold((0.0_f64, 0.0_f64), |(e, s), (_, node)| (e.max(node.error), s.max(node.smooth)));
+        near.fold((0.0_f64, 0.0_f64), |(e, s), (_, node)| (larger(e, node.error), larger(s, node.smooth)));
     Some(error / if smooth > 0.0 { smooth } else { peak })
 }
 
@@ -297,7 +298,7 @@ mod tests {
         assert!((errors[20].error / measured - 1.0).abs() < 0.02, "{:e} {measured:e}", errors[20].error);
         let found = relative(&p, &errors).unwrap();
         let peak = (0..41).filter(|&i| p[i] >= PEAK * p[20]).map(|i| (p[i] - exact(x[i])).abs());
-        let measured = peak.fold(0.0, f64::max);
+        let measured = peak.fold(0.0, larger);
         assert!((0.8..1.25).contains(&(found / measured)), "{found:e} {measured:e}");
     }
 

@@ -10,6 +10,15 @@ use crate::{
 use hdf5::{Group, H5Type};
 use std::borrow::Cow;
 
+/// In the file's column what is not known is no number.
+fn cell(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
+
+fn known(cell: f64) -> Option<f64> {
+    (!cell.is_nan()).then_some(cell)
+}
+
 /// A column of numbers: name, unit, value of a row.
 type Real<T> = (&'static str, &'static str, fn(&T) -> f64);
 /// A column of counts.
@@ -20,7 +29,7 @@ const REALS: [Real<HistoryRow>; 6] = [
     ("force_imbalance", "-", |row| row.force_imbalance),
     ("penetration", "m", |row| row.penetration),
     ("gap", "m", |row| row.gap),
-    ("contraction", "-", |row| row.contraction),
+    ("contraction", "-", |row| cell(row.contraction)),
     ("seconds", "s", |row| row.seconds),
 ];
 const COUNTS: [Count<HistoryRow>; 5] = [
@@ -34,7 +43,7 @@ const PAIR_REALS: [Real<PairRow>; 4] = [
     ("gap", "m", |row| row.gap),
     ("penetration", "m", |row| row.penetration),
     ("force_imbalance", "-", |row| row.force_imbalance),
-    ("contraction", "-", |row| row.contraction),
+    ("contraction", "-", |row| cell(row.contraction)),
 ];
 const PAIR_COUNTS: [Count<PairRow>; 3] =
     [("active", |row| row.active), ("open", |row| row.open), ("flips", |row| row.flips)];
@@ -120,7 +129,7 @@ pub(super) fn read(group: &Group, pairs: &[PairTables], stepped: bool) -> Result
         active: active[i],
         open: open[i],
         flips: flips[i],
-        contraction: contraction[i],
+        contraction: known(contraction[i]),
         seconds: seconds[i],
         pairs: of_pairs.iter().map(|rows: &Vec<PairRow>| rows[i]).collect(),
     };
@@ -140,7 +149,7 @@ fn read_pair(group: &Group, n: usize) -> Result<Vec<PairRow>> {
         open: open[i],
         flips: flips[i],
         force_imbalance: imbalance[i],
-        contraction: contraction[i],
+        contraction: known(contraction[i]),
     };
     Ok((0..n).map(row).collect())
 }

@@ -93,6 +93,7 @@ pub fn agree<T>(comm: &SimpleCommunicator, result: Result<T>) -> Result<T> {
     let text = String::from_utf8_lossy(&text).into_owned();
     Err(match code {
         2 => Error::Input(text),
+        3 => Error::NotFinite(text),
         4 => Error::Unrestrained(text),
         _ => Error::Internal(text),
     })
@@ -105,18 +106,29 @@ pub fn sum(comm: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
     total
 }
 
-/// Largest value over all ranks, entry by entry. Collective.
+/// An integer that orders like the number, with what is not a number above all: MPI's maximum of doubles loses that.
+fn ordered(value: f64) -> i64 {
+    // Of either sign: a positive one is the largest of the total order.
+    let bits = if value.is_nan() { f64::NAN } else { value }.to_bits() as i64;
+    bits ^ (((bits >> 63) as u64) >> 1) as i64
+}
+
+/// The number of an integer of [`ordered`].
+fn from_ordered(key: i64) -> f64 {
+    f64::from_bits((key ^ (((key >> 63) as u64) >> 1) as i64) as u64)
+}
+
+/// Largest value over all ranks, entry by entry; not a number where a rank has that. Collective.
 pub fn max(comm: &SimpleCommunicator, values: &[f64]) -> Vec<f64> {
-    let mut largest = vec![0.0; values.len()];
-    comm.all_reduce_into(values, &mut largest[..], SystemOperation::max());
-    largest
+    let own: Vec<i64> = values.iter().copied().map(ordered).collect();
+    let mut largest = vec![0; values.len()];
+    comm.all_reduce_into(&own[..], &mut largest[..], SystemOperation::max());
+    largest.into_iter().map(from_ordered).collect()
 }
 
 /// Largest value over all ranks, of either sign. Collective.
 pub fn max_signed(comm: &SimpleCommunicator, value: f64) -> f64 {
-    let mut largest = value;
-    comm.all_reduce_into(&value, &mut largest, SystemOperation::max());
-    largest
+    max(comm, &[value])[0]
 }
 
 /// Rank 0's value. Collective.
@@ -186,4 +198,20 @@ pub fn scatter(comm: &SimpleCommunicator, all: &[f64], n: usize) -> Vec<f64> {
     let partition = mpi::datatype::Partition::new(all, &counts[..], &displacements[..]);
     root.scatter_varcount_into_root(&partition, &mut own[..]);
     own
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integers_order_like_the_numbers_and_what_is_not_one_is_above_all() {
+        let rising = [f64::NEG_INFINITY, -1e300, -1.0, -1e-320, 0.0, 1e-320, 2.0, 1e300, f64::INFINITY];
+        let keys: Vec<i64> = rising.into_iter().map(ordered).collect();
+        assert!(keys.is_sorted_by(|a, b| a < b));
+        assert_eq!(keys.iter().map(|k| from_ordered(*k)).collect::<Vec<_>>(), rising);
+        for nan in [f64::NAN, -f64::NAN] {
+            assert!(keys.iter().all(|k| *k < ordered(nan)) && from_ordered(ordered(nan)).is_nan());
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Dense symmetric matrices by LAPACK: what a condensed body computes with. Nothing here is collective.
 use crate::error::{Error, Result};
+use crate::vector::{larger, smaller};
 use std::ffi::{c_char, c_int};
 
 // Fortran passes everything by address; the lengths of the character arguments, all 1, may be left out.
@@ -301,7 +302,7 @@ impl Cholesky {
 
     fn is_regular(&self) -> bool {
         let pivots = || self.l.iter().step_by(self.n + 1).map(|l| l * l);
-        let (low, high) = (pivots().fold(f64::INFINITY, f64::min), pivots().fold(0.0, f64::max));
+        let (low, high) = (pivots().fold(f64::INFINITY, smaller), pivots().fold(0.0, larger));
         self.n == 0 || low > DEPENDENT * high
     }
 

@@ -23,8 +23,8 @@ pub struct HistoryRow {
     pub open: u64,
     /// Nodes that entered or left the contact.
     pub flips: u64,
-    /// Measured contraction of the displacement jump, -; NaN for the first.
-    pub contraction: f64,
+    /// Measured contraction of the displacement jump, -; the first has none.
+    pub contraction: Option<f64>,
     /// Wall seconds since the first alternation began.
     pub seconds: f64,
     /// The same for each contact pair, in their order; empty where it was not measured.
@@ -46,15 +46,15 @@ pub struct PairRow {
     pub flips: u64,
     /// Disagreement of the nodal forces, relative, -.
     pub force_imbalance: f64,
-    /// Measured contraction of the gap at the nodes in contact, -; NaN for the first.
-    pub contraction: f64,
+    /// Measured contraction of the gap at the nodes in contact, -; the first has none.
+    pub contraction: Option<f64>,
 }
 
-/// Geometric mean of the contractions that are known: the rate over all of them; NaN if there is none.
-pub fn mean_contraction(contractions: impl IntoIterator<Item = f64>) -> f64 {
-    let known = contractions.into_iter().filter(|c| c.is_finite() && *c > 0.0);
+/// Geometric mean of the contractions that are known and have a logarithm: the rate over all of them.
+pub fn mean_contraction(contractions: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    let known = contractions.into_iter().flatten().filter(|c| c.is_finite() && *c > 0.0);
     let (sum, n) = known.fold((0.0, 0), |(sum, n), c| (sum + c.ln(), n + 1));
-    if n > 0 { (sum / f64::from(n)).exp() } else { f64::NAN }
+    (n > 0).then(|| (sum / f64::from(n)).exp())
 }
 
 #[cfg(test)]
@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn the_mean_contraction_is_the_rate() {
-        assert!((mean_contraction([f64::NAN, 0.5, 0.02]) - 0.1).abs() < 1e-15);
-        assert!(mean_contraction([f64::NAN]).is_nan());
+        assert!((mean_contraction([None, Some(0.5), Some(0.02)]).unwrap() - 0.1).abs() < 1e-15);
+        assert_eq!(mean_contraction([None, Some(f64::INFINITY), Some(0.0)]), None);
     }
 }

@@ -47,11 +47,15 @@ pub enum Reason {
     Penetration,
     /// The limit was reached.
     MaxAlternations,
+    /// A body answered, or the result has, what is not a finite number.
+    NotFinite,
+    /// The alternation ended as it should, but the checks of its result contradict it.
+    ChecksFailed,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Reason; 10] = [
+    pub const ALL: [Reason; 12] = [
         Reason::Converged,
         Reason::Open,
         Reason::NoContact,
@@ -62,6 +66,8 @@ impl Reason {
         Reason::Unbalanced,
         Reason::Penetration,
         Reason::MaxAlternations,
+        Reason::NotFinite,
+        Reason::ChecksFailed,
     ];
 
     /// True if the result is a solution: exit code 0, otherwise 3.
@@ -82,6 +88,8 @@ impl Reason {
             Reason::Unbalanced => "unbalanced",
             Reason::Penetration => "penetration",
             Reason::MaxAlternations => "max_alternations",
+            Reason::NotFinite => "not_finite",
+            Reason::ChecksFailed => "checks_failed",
         }
     }
 
@@ -125,6 +133,10 @@ impl Reason {
             }
             (Reason::MaxAlternations, _) => {
                 "The largest number of alternations was reached before the tolerance."
+            }
+            (Reason::NotFinite, _) => "A number became too large to be one: the result is worth nothing.",
+            (Reason::ChecksFailed, _) => {
+                "The alternation came to its end, but the checks of its result contradict it."
             }
         }
     }
@@ -175,6 +187,14 @@ impl Reason {
             }
             (Reason::MaxAlternations, Relaxed) => {
                 "Look at the history: if the jump still falls, raise max_alternations; if not, try other weights."
+            }
+            (Reason::NotFinite, _) => {
+                "Look for a size, modulus, load, displacement or temperature that is out of all proportion: a power of \
+                 ten or a unit too many."
+            }
+            (Reason::ChecksFailed, _) => {
+                "Make the bodies' solvers more accurate if they are iterative, and look for sizes, moduli or supports \
+                 that are out of all proportion."
             }
         }
     }

@@ -284,8 +284,8 @@ pub struct PairSummary {
     #[serde(skip_serializing_if = "not_finite")]
     pub complementarity: f64,
     /// Mean contraction measured, an alternation, -.
-    #[serde(skip_serializing_if = "not_finite")]
-    pub contraction: f64,
+    #[serde(skip_serializing_if = "absent")]
+    pub contraction: Option<f64>,
     /// Nodes in contact: of the multiplier side, or of both with the pointwise transfer of the relaxed alternation.
     pub active: u64,
     /// Nodes that could be and are not.
@@ -396,7 +396,7 @@ mod tests {
             max_penetration: 0.0,
             force_imbalance: 1e-12,
             complementarity: 0.0,
-            contraction: 0.2,
+            contraction: Some(0.2),
             active: 4,
             open: 2,
             candidates: 6,

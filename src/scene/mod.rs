@@ -1,4 +1,5 @@
 //! The scene, before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
+use crate::vector::larger;
 use crate::{
     body::find_facets,
     case::{BodyCase, BodyRef, Case, Driver, Geometry, Origin, RigidShape},
@@ -209,7 +210,7 @@ impl Plan {
                         let d = crate::contact::vector::sub(p, through);
                         crate::contact::vector::norm(&d)
                     });
-                    far.fold(0.0, f64::max) + surface.extent()
+                    far.fold(0.0, larger) + surface.extent()
                 });
                 Surface::rigid_plane(xy(through), xy(normal), 2.0 * reach)
             }

@@ -11,6 +11,7 @@ use super::{
     record::{Recorder, State},
     scales::{ROUND_OFF, THRESHOLD},
 };
+use crate::vector::{larger, smaller};
 use crate::{error::Result, record::HistoryRow};
 use std::{
     collections::HashSet,
@@ -126,6 +127,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         warm: Option<&[f64]>,
         mut progress: impl FnMut(&HistoryRow),
     ) -> Result<std::result::Result<Outcome, Vec<f64>>> {
+        self.coupling.check_free(&self.g_free)?;
         let (start, alpha) = match self.coarse.start(self.coupling.exchange, &self.g_free) {
             Ok(start) => start,
             Err(motion) => return Ok(Err(motion)),
@@ -155,7 +157,8 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         Ok(Ok(self.outcome(reason)))
     }
 
-    fn outcome(&mut self, reason: Reason) -> Outcome {
+    /// How it ends: as it did so far, for this reason.
+    pub fn outcome(&mut self, reason: Reason) -> Outcome {
         Outcome { reason, history: self.recorder.take() }
     }
 
@@ -176,6 +179,9 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             let (leaving, entering, worst) = self.violations();
             let flips = self.coupling.exchange.sum(&[(leaving.len() + entering.len()) as f64])[0] as usize;
             if flips == 0 {
+                if !(self.residual.is_finite() && worst.is_finite()) {
+                    return Ok(Reason::NotFinite);
+                }
                 let settled = was_last || inner == Inner::RoundOff;
                 if settled && inner != Inner::Limit {
                     if inner == Inner::RoundOff && self.residual > self.limits.tolerance.max(WORTHLESS) {
@@ -259,7 +265,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                     false => f64::INFINITY,
                 })
                 .collect();
-            let step = ratios.iter().copied().fold(1.0, f64::min);
+            let step = ratios.iter().copied().fold(1.0, smaller);
             let step = -self.coupling.exchange.max_signed(-step);
             self.updates += 1;
             self.flipped.clear();
@@ -275,7 +281,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             } else {
                 (feasible, gap) = (self.force.clone(), self.gap.clone());
                 let (_, entering, _) = self.violations();
-                let deepest = entering.iter().map(|&j| -self.gap_at(j)).fold(0.0, f64::max);
+                let deepest = entering.iter().map(|&j| -self.gap_at(j)).fold(0.0, larger);
                 let deepest = self.coupling.exchange.max(&[deepest])[0];
                 if deepest == 0.0 {
                     self.updates -= 1;

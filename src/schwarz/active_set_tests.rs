@@ -1,5 +1,6 @@
 //! The active-set driver on bodies that are matrices.
 use super::{ActiveSet, Coarse, Coupling, End, Limits, PairRows, Reason, Respond, Spring};
+use crate::vector::{larger, smaller};
 use crate::{
     error::Result,
     parallel::{Exchange, Partner},
@@ -127,8 +128,8 @@ fn body(compliance: DMatrix<f64>) -> Dense {
 }
 
 fn complementary(run: &Run) {
-    let largest = run.force.iter().copied().fold(0.0, f64::max);
-    let reach = run.gaps.iter().map(|g| g.abs()).fold(0.0, f64::max);
+    let largest = run.force.iter().copied().fold(0.0, larger);
+    let reach = run.gaps.iter().map(|g| g.abs()).fold(0.0, larger);
     for (r, g) in std::iter::zip(&run.force, &run.gaps) {
         assert!(*r >= -1e-8 * largest && *g >= -1e-8 * reach, "{r:e} {g:e}");
         assert!((r * g).abs() <= 1e-8 * largest * reach, "{r:e} {g:e}");
@@ -227,7 +228,7 @@ fn feasible_steps_find_the_same_solution() {
     let (start, _) = coarse.start(&exchange, &driver.gap.clone()).expect("restrained");
     let reason = driver.descend(&start, &mut |_| {}).expect("no library fails");
     assert_eq!(reason, Reason::Converged);
-    let largest = reference.force.iter().copied().fold(0.0, f64::max);
+    let largest = reference.force.iter().copied().fold(0.0, larger);
     for (a, b) in std::iter::zip(&driver.force, &reference.force) {
         assert!((a - b).abs() <= 1e-7 * largest, "{a:e} {b:e}");
     }
@@ -254,7 +255,7 @@ fn a_soft_mode_on_a_spring_is_the_body_as_a_whole() {
         complementary(&found);
         found
     });
-    let largest = found[0].force.iter().copied().fold(0.0, f64::max);
+    let largest = found[0].force.iter().copied().fold(0.0, larger);
     for (a, b) in std::iter::zip(&found[0].force, &found[1].force) {
         assert!((a - b).abs() <= 1e-6 * largest, "{a:e} {b:e}");
     }
@@ -277,10 +278,10 @@ fn a_body_without_load_is_pushed_away_until_it_touches() {
         let mut bodies = [free, body(c)];
         let gap: Vec<f64> =
             (0..n).map(|j| -1e-3 * (1.0 + ((7 * case + 1) as f64 * (j + 1) as f64).sin())).collect();
-        let deepest = gap.iter().map(|g| -g).fold(0.0, f64::max);
+        let deepest = gap.iter().map(|g| -g).fold(0.0, larger);
         let run = run(&mut bodies, gap, 1.0, 1.0).expect("nothing drives it");
         assert_eq!(run.reason, Reason::Open, "{case}");
-        let nearest = run.gaps.iter().copied().fold(f64::INFINITY, f64::min);
+        let nearest = run.gaps.iter().copied().fold(f64::INFINITY, smaller);
         assert!(nearest.abs() <= 1e-12 * deepest, "{case}: the nearest nodes are {nearest:e} apart");
     }
 }

@@ -7,9 +7,10 @@ use super::{
     ContactNode, Reason, RespondAtNodes, Side, Watch,
     weights::{self, Both, Weights},
 };
+use crate::vector::{all_finite, larger};
 use crate::{
     contact::vector::{dot, norm, sub},
-    error::Result,
+    error::{Error, Result},
     parallel::Exchange,
     record::HistoryRow,
 };
@@ -122,8 +123,8 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
         for (side, state) in std::iter::zip(sides, &mut all.states) {
             state.free = [state.displacement.clone(), state.other_displacement.clone()];
             for (node, gap) in std::iter::zip(&side.nodes, &state.gap) {
-                motion = motion.max((node.conjugate.gap - gap).abs());
-                size = size.max(norm(&state.displacement[node.node])).max(node.conjugate.gap.abs());
+                motion = larger(motion, (node.conjugate.gap - gap).abs());
+                size = larger(larger(size, norm(&state.displacement[node.node])), node.conjugate.gap.abs());
             }
         }
         let scales = exchange.max(&[motion, size]);
@@ -140,7 +141,7 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
         if self.count_active().0 == 0 {
             return Ok(Outcome { reason: Reason::Open, history });
         }
-        let mut last_jump = f64::NAN;
+        let mut last_jump = None;
         for alternation in 1..=self.settings.max_alternations {
             let measures = self.alternate()?;
             let relative = |x: f64| if x > 0.0 { x / measures.response } else { 0.0 };
@@ -157,10 +158,10 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
                 open: (candidates as u64).saturating_sub(measures.active as u64),
                 flips: measures.flips as u64,
                 pairs: Vec::new(),
-                contraction: measures.jump / last_jump,
+                contraction: last_jump.map(|last| measures.jump / last),
                 seconds: start.elapsed().as_secs_f64(),
             };
-            last_jump = measures.jump;
+            last_jump = Some(measures.jump);
             progress(&row);
             history.push(row);
             if let Some(reason) =
@@ -228,6 +229,10 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
         }
         let steps = std::iter::zip(self.bodies.iter_mut(), &prescribed);
         let forces = steps.map(|(body, rows)| body.displacement_step(rows)).collect::<Result<Vec<_>>>();
+        let forces = forces.and_then(|forces| {
+            finite(forces.iter().all(|f| all_finite(f)), "contact displacements (displacement step)")?;
+            Ok(forces)
+        });
         let forces = self.exchange.agree(forces)?;
         Ok(self
             .sides
@@ -274,7 +279,7 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
                     disagreement[1] += normal.own.powi(2);
                     disagreement[2] += normal.other.powi(2);
                 }
-                largest = largest.max(state.force[k].abs());
+                largest = larger(largest, state.force[k].abs());
             }
         }
         let sums = self.exchange.sum(&disagreement);
@@ -305,6 +310,10 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
         }
         let steps = std::iter::zip(self.bodies.iter_mut(), &forces);
         let displacements = steps.map(|(body, force)| body.force_step(force)).collect::<Result<Vec<_>>>();
+        let displacements = displacements.and_then(|u| {
+            finite(u.iter().all(|u| all_finite(u.as_flattened())), "contact forces (force step)")?;
+            Ok(u)
+        });
         let displacements = self.exchange.agree(displacements)?;
         let own = |side: &Side| &displacements[side.body][side.observed.clone()];
         let out: Vec<Vec<f64>> = self.sides.iter().map(|side| own(side).as_flattened().to_vec()).collect();
@@ -353,7 +362,7 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
     }
 
     fn all_forces_vanish(&self) -> bool {
-        let own = self.states.iter().flat_map(|s| &s.force).fold(0.0, |largest: f64, f| largest.max(f.abs()));
+        let own = self.states.iter().flat_map(|s| &s.force).fold(0.0, |largest, f| larger(largest, f.abs()));
         self.exchange.max(&[own])[0] == 0.0
     }
 
@@ -395,9 +404,9 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
         let mut nodes = 0.0;
         for state in &self.states {
             for (gap, active) in std::iter::zip(&state.gap, &state.active) {
-                largest[0] = largest[0].max(-gap);
+                largest[0] = larger(largest[0], -gap);
                 if *active {
-                    largest[1] = largest[1].max(gap.abs());
+                    largest[1] = larger(largest[1], gap.abs());
                 }
                 nodes += 1.0;
             }
@@ -416,6 +425,14 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
             parts += (hasher.finish() >> 32) as f64;
         }
         self.exchange.sum(&[parts])[0] as u64
+    }
+}
+
+/// The gate that no answer of a body passes which is not finite.
+fn finite(is_finite: bool, question: &str) -> Result<()> {
+    match is_finite {
+        true => Ok(()),
+        false => Err(Error::NotFinite(format!("the answer of a body to {question} is not a finite number"))),
     }
 }
 

@@ -5,7 +5,8 @@
 //! on a mode is one more row, of compliance 1/k and never open: r / k - z alpha = 0, and z r resists the mode.
 use super::{Coupling, Respond, scales::ROUND_OFF};
 use crate::parallel::Exchange;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use crate::vector::{larger, smaller, symmetric_eigen};
+use nalgebra::{DMatrix, DVector};
 
 /// An eigenvalue of Z' Q Z below this, relative to the largest, is a mode that contact does not restrain.
 const FREE: f64 = 1e-11;
@@ -156,14 +157,17 @@ impl Coarse {
         let gram = self.gram(exchange, |j| if active[j] { self.scaling[j] } else { 0.0 });
         // Modes of bodies of very different stiffness are compared with their own diagonal.
         let diagonal: Vec<f64> = (0..n).map(|k| gram[(k, k)].sqrt()).collect();
-        let largest = diagonal.iter().copied().fold(0.0, f64::max);
+        let largest = diagonal.iter().copied().fold(0.0, larger);
         let unit = |k: usize| match (diagonal[k] > 1e-14 * largest, largest > 0.0) {
             (true, _) => 1.0 / diagonal[k],
             (false, true) => 1.0 / largest,
             (false, false) => 1.0,
         };
         let scaled = DMatrix::from_fn(n, n, |i, j| gram[(i, j)] * unit(i) * unit(j));
-        let eigen = SymmetricEigen::new(scaled);
+        let Some(eigen) = symmetric_eigen(scaled) else {
+            // Overflown: no motion helps, and the checks of the result say so.
+            return Projector { inverse: DMatrix::zeros(n, n), unrestrained: Vec::new() };
+        };
         let top = eigen.eigenvalues.max();
         let mut inverse = DMatrix::zeros(n, n);
         let mut unrestrained = Vec::new();
@@ -206,7 +210,7 @@ impl Coarse {
                 let touches = (moved - gap).abs() <= ROUND_OFF * moved.abs().max(gap.abs());
                 match j < self.n_rows {
                     true if touches => 0.0,
-                    true => (self.scaling[j] * (moved - gap)).max(0.0),
+                    true => larger(self.scaling[j] * (moved - gap), 0.0),
                     false => self.scaling[j] * (moved - gap),
                 }
             };
@@ -282,7 +286,7 @@ impl Coarse {
             let first = (0..gap.len())
                 .filter(|j| ahead(j) && pen[*j] < 0.0)
                 .map(|j| -pen[j] / along[j])
-                .fold(f64::INFINITY, f64::min);
+                .fold(f64::INFINITY, smaller);
             let first = -exchange.max_signed(-first);
             let resisting = (0..gap.len()).filter(|j| ahead(j) && pen[*j] >= 0.0);
             let stiffness = resisting.map(|j| self.scaling[j] * along[j] * along[j]).sum::<f64>();
@@ -308,7 +312,7 @@ impl Coarse {
             // Nothing resists there any more: as far as the last row that does.
             let leaving = (0..self.n_rows).filter(|&j| pen[j] > 0.0 && along[j] < 0.0);
             let leaves = leaving.map(|j| pen[j] / -along[j]);
-            return Some(exchange.max(&[leaves.fold(0.0, f64::max)])[0]);
+            return Some(exchange.max(&[leaves.fold(0.0, larger)])[0]);
         }
         // Newton on the piecewise linear slope, kept inside the bracket.
         let mut t = high;

@@ -4,8 +4,9 @@
 //! same rows through the transposed operator. Only row forces and row displacements are exchanged.
 use super::{Respond, Spring};
 use crate::{
-    error::Result,
+    error::{Error, Result},
     parallel::{Exchange, Partner},
+    vector::all_finite,
 };
 use std::ops::Range;
 
@@ -70,6 +71,21 @@ pub struct Coupling<'a, B> {
     pub n: usize,
     /// Counters.
     pub steps: Steps,
+    /// The bodies' names, for messages; may be left empty.
+    pub names: Vec<String>,
+}
+
+/// What a body was asked for, in messages.
+const FREE: &str = "without contact forces";
+const FORCE_STEP: &str = "under contact forces (force step)";
+const DISPLACEMENT_STEP: &str = "to a displacement of its contact surface (displacement step)";
+
+/// The gate that no answer of a body passes which is not finite: maxima and comparisons after it need not think of that.
+fn finite<'v>(names: &[String], answers: impl IntoIterator<Item = &'v [f64]>, question: &str) -> Result<()> {
+    let Some(b) = answers.into_iter().position(|values| !all_finite(values)) else { return Ok(()) };
+    let name =
+        names.get(b).map_or_else(|| format!("number {} of its rank", b + 1), |name| format!("'{name}'"));
+    Err(Error::NotFinite(format!("body {name}: its answer {question} is not a finite number")))
 }
 
 impl<'a, B: Respond> Coupling<'a, B> {
@@ -88,7 +104,17 @@ impl<'a, B: Respond> Coupling<'a, B> {
             |(i, body): (usize, &B)| body.springs().iter().map(move |s| (i, *s)).collect::<Vec<_>>();
         let springs: Vec<(usize, Spring)> = bodies.iter().enumerate().flat_map(of_body).collect();
         let n = n_rows + springs.len();
-        Coupling { bodies, ends, exchange, ranges, springs, n_rows, n, steps: Steps::default() }
+        Coupling {
+            bodies,
+            ends,
+            exchange,
+            ranges,
+            springs,
+            n_rows,
+            n,
+            steps: Steps::default(),
+            names: Vec::new(),
+        }
     }
 
     /// Outward displacements of the rows without contact forces, of both sides together, m. Collective on the roots.
@@ -96,6 +122,17 @@ impl<'a, B: Respond> Coupling<'a, B> {
         let [own, other] =
             self.to_multipliers(|bodies, end| bodies[end.body].free()[end.rows.clone()].to_vec());
         std::iter::zip(own, other).map(|(a, b)| a + b).collect()
+    }
+
+    /// That the bodies' free displacements, and the gaps `gap` that they leave, are finite. Collective on the roots.
+    pub fn check_free(&self, gap: &[f64]) -> Result<()> {
+        let checked = finite(&self.names, self.bodies.iter().map(|b| b.free()), FREE).and_then(|()| {
+            match all_finite(gap) {
+                true => Ok(()),
+                false => Err(Error::NotFinite("the gap between two surfaces is not a finite number".into())),
+            }
+        });
+        self.exchange.agree(checked)
     }
 
     /// Force step: how far the row forces push the multiplier sides and the mortar sides inwards, m. Collective on the
@@ -111,7 +148,11 @@ impl<'a, B: Respond> Coupling<'a, B> {
         }
         let answers = std::iter::zip(self.bodies.iter_mut(), &forces);
         let answers = answers.map(|(body, force)| body.force_step(force)).collect::<Result<Vec<_>>>();
-        let answers = self.exchange.agree(answers)?;
+        let checked = answers.and_then(|answers| {
+            finite(&self.names, answers.iter().map(Vec::as_slice), FORCE_STEP)?;
+            Ok(answers)
+        });
+        let answers = self.exchange.agree(checked)?;
         let mut answers = self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec());
         for (j, (_, spring)) in (self.n_rows..).zip(&self.springs) {
             answers[0][j] = force[j] / spring.stiffness;
@@ -129,13 +170,14 @@ impl<'a, B: Respond> Coupling<'a, B> {
         share: &[Share],
     ) -> Result<Vec<f64>> {
         let flags: Vec<f64> = active.iter().map(|a| f64::from(u8::from(*a))).collect();
-        let mut forces = self.ask([inward, &flags], share, |body, inward, flags, _| {
+        let forces = self.ask([inward, &flags], share, |body, inward, flags, _| {
             let active: Vec<bool> = flags.iter().map(|f| *f > 0.5).collect();
             match active.contains(&true) {
-                true => body.displacement_step(inward, &active),
-                false => Ok(vec![0.0; active.len()]),
+                true => body.displacement_step(inward, &active).map(Some),
+                false => Ok(Some(vec![0.0; active.len()])),
             }
         })?;
+        let mut forces: Vec<f64> = forces.into_iter().map(Option::unwrap_or_default).collect();
         for (j, (_, spring)) in (self.n_rows..).zip(&self.springs) {
             forces[j] = spring.stiffness * inward[j];
         }
@@ -143,9 +185,14 @@ impl<'a, B: Respond> Coupling<'a, B> {
     }
 
     /// Unilateral displacement step of the bodies with the larger shares: each alone against the others held fast, which leave it the
-    /// gaps `gap`, while the rows that it does not lead carry the forces `held`, and so do the springs. Not a number where a
+    /// gaps `gap`, while the rows that it does not lead carry the forces `held`, and so do the springs. `None` where a
     /// body has no answer. Collective on the roots.
-    pub fn unilateral_step(&mut self, gap: &[f64], held: &[f64], share: &[Share]) -> Result<Vec<f64>> {
+    pub fn unilateral_step(
+        &mut self,
+        gap: &[f64],
+        held: &[f64],
+        share: &[Share],
+    ) -> Result<Vec<Option<f64>>> {
         let lead: Vec<Share> = share.iter().map(|s| if *s >= 0.5 { 1.0 } else { 0.0 }).collect();
         // Both sides know the forces held, whoever leads.
         let out: Vec<Vec<f64>> = self.ranges.iter().map(|range| held[range.clone()].to_vec()).collect();
@@ -161,24 +208,25 @@ impl<'a, B: Respond> Coupling<'a, B> {
         let mut forces = self.ask([gap, &ones], &lead, |body, gap, flags, chosen| {
             let held = on_bodies.next().unwrap_or_default();
             if !chosen {
-                return Ok(vec![f64::NAN; gap.len()]);
+                return Ok(None);
             }
             let flags: Vec<bool> = flags.iter().map(|f| *f > 0.5).collect();
-            let answer = body.unilateral_step(gap, &flags, &held)?;
-            Ok(answer.unwrap_or_else(|| vec![f64::NAN; gap.len()]))
+            body.unilateral_step(gap, &flags, &held)
         })?;
-        forces[self.n_rows..].copy_from_slice(&held_springs);
+        std::iter::zip(&mut forces[self.n_rows..], held_springs)
+            .for_each(|(force, held)| *force = Some(held));
         Ok(forces)
     }
 
     /// A step of all bodies that have a share: per row they get the first value times their share (zero where they have
-    /// none) and the second one, and whether they have any share; their answers count by the shares.
+    /// none) and the second one, and whether they have any share; their answers count by the shares. `None` at the rows for
+    /// which a body with a share has no answer.
     fn ask(
         &mut self,
         values: [&[f64]; 2],
         share: &[Share],
-        mut step: impl FnMut(&mut B, &[f64], &[f64], bool) -> Result<Vec<f64>>,
-    ) -> Result<Vec<f64>> {
+        mut step: impl FnMut(&mut B, &[f64], &[f64], bool) -> Result<Option<Vec<f64>>>,
+    ) -> Result<Vec<Option<f64>>> {
         self.steps.displacement += 1;
         let given = |i: usize, share: Share| -> [Vec<f64>; 2] {
             let range = self.ranges[i].clone();
@@ -212,15 +260,29 @@ impl<'a, B: Respond> Coupling<'a, B> {
         let answers = self.bodies.iter_mut().zip(std::iter::zip(&asked, &takes_part));
         let answers =
             answers.map(|(body, (v, part))| step(body, &v[0], &v[1], *part)).collect::<Result<Vec<_>>>();
-        let answers = self.exchange.agree(answers)?;
-        let [own, other] = self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec());
-        let mut forces = vec![0.0; self.n];
+        let checked = answers.and_then(|answers| {
+            let given = answers.iter().map(|answer| answer.as_deref().unwrap_or_default());
+            finite(&self.names, given, DISPLACEMENT_STEP)?;
+            Ok(answers)
+        });
+        let answers = self.exchange.agree(checked)?;
+        // No answer is an empty message.
+        let of_end =
+            |end: &End| answers[end.body].as_ref().map_or_else(Vec::new, |a| a[end.rows.clone()].to_vec());
+        let mine: Vec<Vec<f64>> = self.ends.iter().map(of_end).collect();
+        let out: Vec<Vec<f64>> = std::iter::zip(self.ends, &mine)
+            .map(|(end, values)| if end.multiplier { Vec::new() } else { values.clone() })
+            .collect();
+        let received = self.exchange.swap(&out);
+        let mut forces = vec![Some(0.0); self.n];
         for (i, _) in self.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
-            let s = share[i];
-            // A side without a share has no answer, which may not be a number.
-            let counted = |share: f64, answer: f64| if share > 0.0 { share * answer } else { 0.0 };
-            for j in self.ranges[i].clone() {
-                forces[j] = counted(s, own[j]) + counted(1.0 - s, other[j]);
+            let range = self.ranges[i].clone();
+            for (side, share) in [(&mine[i], share[i]), (&received[i], 1.0 - share[i])] {
+                if share > 0.0 {
+                    for (k, force) in forces[range.clone()].iter_mut().enumerate() {
+                        *force = force.zip(side.get(k)).map(|(sum, f)| sum + share * f);
+                    }
+                }
             }
         }
         Ok(forces)

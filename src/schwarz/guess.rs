@@ -25,8 +25,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             let other = usize::from(self.share[i] >= 0.5);
             self.coupling.ranges[i].clone().for_each(|j| gap[j] -= self.coarse.at_side(j, other, &at_rest));
         }
-        let mut guess = self.coupling.unilateral_step(&gap, start, &self.share)?;
-        std::iter::zip(&mut guess, start).filter(|(g, _)| g.is_nan()).for_each(|(g, s)| *g = *s);
+        let answer = self.coupling.unilateral_step(&gap, start, &self.share)?;
+        let mut guess: Vec<f64> = std::iter::zip(answer, start).map(|(g, s)| g.unwrap_or(*s)).collect();
         if self.largest(&guess) == 0.0 {
             guess = start.to_vec();
         }
@@ -70,10 +70,10 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 model[j] = self.gap_at(j) / theta - leading[j] + self.coarse.at_side(j, side, &at_rest)
             });
         }
-        let mut better = self.coupling.unilateral_step(&model, &self.force, &self.share)?;
-        if self.coupling.exchange.max(&[f64::from(u8::from(better.iter().any(|f| f.is_nan())))])[0] > 0.0
-            || self.largest(&better) == 0.0
-        {
+        let answer = self.coupling.unilateral_step(&model, &self.force, &self.share)?;
+        let missing = f64::from(u8::from(answer.contains(&None)));
+        let mut better: Vec<f64> = answer.into_iter().map(Option::unwrap_or_default).collect();
+        if self.coupling.exchange.max(&[missing])[0] > 0.0 || self.largest(&better) == 0.0 {
             better = self.force.clone();
         }
         self.active = self.compressed(&better);

@@ -1,5 +1,6 @@
 //! The linear system of an active set, by projected conjugate gradients: one iteration is one alternation.
 use super::{ActiveSet, Projector, Respond};
+use crate::vector::larger;
 use crate::{error::Result, record::HistoryRow};
 
 /// Imbalance of the forces, relative to the sum of the absolute works, that is round-off.
@@ -156,7 +157,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             let mut p = z.clone();
             if let Some((p_old, r_old, rz_old)) = &direction {
                 let change: Vec<f64> = std::iter::zip(&r, r_old).map(|(r, o)| r - o).collect();
-                let beta = (self.coupling.dot(&z, &change) / rz_old).max(0.0);
+                let beta = larger(self.coupling.dot(&z, &change) / rz_old, 0.0);
                 std::iter::zip(&mut p, p_old).for_each(|(p, o)| *p += beta * o);
             }
             let rz = self.coupling.dot(&z, &r);

@@ -1,6 +1,7 @@
 //! The history of the active-set driver: a row per alternation.
 use super::{Coupling, Respond};
 use crate::record::{HistoryRow, PairRow};
+use crate::vector::larger;
 use std::time::Instant;
 
 /// Gathers the history.
@@ -50,11 +51,11 @@ impl Recorder {
             let range = coupling.ranges[i].clone();
             for j in range.clone() {
                 let gap = state.gaps[j];
-                max[0] = max[0].max(-gap);
+                max[0] = larger(max[0], -gap);
                 if state.active[j] {
                     sum[0] += gap * gap;
                     sum[1] += 1.0;
-                    max[1] = max[1].max(gap.abs());
+                    max[1] = larger(max[1], gap.abs());
                 } else {
                     sum[2] += 1.0;
                 }
@@ -64,7 +65,7 @@ impl Recorder {
         let sums = coupling.exchange.sum(sums.as_flattened());
         let maxima = coupling.exchange.max(maxima.as_flattened());
         let residuals: Vec<f64> = sums.chunks_exact(4).map(|s| s[0].sqrt()).collect();
-        let contraction = |p: usize| self.last.get(p).map_or(f64::NAN, |last| residuals[p] / last);
+        let contraction = |p: usize| self.last.get(p).map(|last| residuals[p] / last);
         let pairs: Vec<PairRow> = std::iter::zip(sums.chunks_exact(4), maxima.chunks_exact(2))
             .enumerate()
             .map(|(p, (s, m))| PairRow {
@@ -86,12 +87,12 @@ impl Recorder {
             update: state.update as u64,
             displacement_jump: if state.scale > 0.0 { jump / state.scale } else { 0.0 },
             force_imbalance: state.imbalance,
-            penetration: pairs.iter().map(|p| p.penetration).fold(0.0, f64::max),
-            gap: pairs.iter().map(|p| p.gap).fold(0.0, f64::max),
+            penetration: pairs.iter().map(|p| p.penetration).fold(0.0, larger),
+            gap: pairs.iter().map(|p| p.gap).fold(0.0, larger),
             active: pairs.iter().map(|p| p.active).sum(),
             open: pairs.iter().map(|p| p.open).sum(),
             flips: pairs.iter().map(|p| p.flips).sum(),
-            contraction: if self.last.is_empty() { f64::NAN } else { jump / size(&self.last) },
+            contraction: (!self.last.is_empty()).then(|| jump / size(&self.last)),
             seconds: self.start.elapsed().as_secs_f64(),
             pairs,
         });

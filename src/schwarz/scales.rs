@@ -1,5 +1,6 @@
 //! What the active-set driver's residuals, tension and penetration are measured by.
 use super::{ActiveSet, Respond};
+use crate::vector::larger;
 
 /// What is below this share of its parts is round-off.
 pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
@@ -31,7 +32,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             sums[2] += elastic * elastic + self.g_free[j] * self.g_free[j] + rigid * rigid;
         }
         let sums = self.coupling.exchange.sum(&sums);
-        (sums[0].max(sums[1]).sqrt(), ROUND_OFF * sums[2].sqrt())
+        (larger(sums[0], sums[1]).sqrt(), ROUND_OFF * sums[2].sqrt())
     }
 
     /// Norm of a residual on the contact rows, or that on the springs if it is larger, measured by their own travel, m.
@@ -49,13 +50,13 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             [a, b, c] => [a, b, c].map(f64::sqrt),
             _ => [0.0; 3],
         };
-        rows.max(if travel > scale { springs * scale / travel } else { springs })
+        larger(rows, if travel > scale { springs * scale / travel } else { springs })
     }
 
     /// Largest absolute value on the contact rows of all ranks. Collective on the roots.
     pub(super) fn largest(&self, v: &[f64]) -> f64 {
         let rows = &v[..self.coupling.n_rows];
-        self.coupling.exchange.max(&[rows.iter().fold(0.0, |l: f64, v| l.max(v.abs()))])[0]
+        self.coupling.exchange.max(&[rows.iter().fold(0.0, |l, v| larger(l, v.abs()))])[0]
     }
 
     pub(super) fn any_active(&self) -> bool {
@@ -89,8 +90,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let [mut deepest, mut parts] = [0.0_f64; 2];
         for j in 0..self.coupling.n_rows {
             let soft = self.coarse.at(j, &at_rest);
-            deepest = deepest.max(soft - self.g_free[j]);
-            parts = parts.max(soft.abs());
+            deepest = larger(deepest, soft - self.g_free[j]);
+            parts = larger(parts, soft.abs());
         }
         let largest = self.coupling.exchange.max(&[deepest, parts]);
         largest[0] > self.gap_threshold() + THRESHOLD * largest[1]
@@ -103,9 +104,9 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         for j in 0..self.coupling.n_rows {
             let elastic = (self.gap[j] - self.g_free[j] - self.coarse.at(j, &sprung)).abs();
             let local = (self.force[j] / self.coarse.scaling(j)).abs();
-            largest[0] = largest[0].max(local).max(if held { elastic } else { 0.0 });
+            largest[0] = larger(larger(largest[0], local), if held { elastic } else { 0.0 });
             if self.active[j] {
-                largest[1] = largest[1].max(self.g_free[j].abs()).max(elastic);
+                largest[1] = larger(larger(largest[1], self.g_free[j].abs()), elastic);
             }
         }
         let largest = self.coupling.exchange.max(&largest);
@@ -120,9 +121,9 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let leaving: Vec<usize> = (0..n).filter(|&j| self.active[j] && self.force[j] < -tension).collect();
         let entering: Vec<usize> =
             (0..n).filter(|&j| !self.active[j] && self.gap_at(j) < -penetration).collect();
-        let worst = leaving.iter().map(|&j| -self.force[j] / largest).fold(0.0, f64::max);
+        let worst = leaving.iter().map(|&j| -self.force[j] / largest).fold(0.0, larger);
         let worst =
-            entering.iter().map(|&j| -self.gap_at(j) / (penetration / self.threshold)).fold(worst, f64::max);
+            entering.iter().map(|&j| -self.gap_at(j) / (penetration / self.threshold)).fold(worst, larger);
         (leaving, entering, self.coupling.exchange.max(&[worst])[0])
     }
 }

@@ -1,4 +1,5 @@
 //! How an alternation ends, and the watch that recognises an end that is no convergence.
+use crate::vector::smaller;
 use std::collections::HashMap;
 
 pub use crate::record::Reason;
@@ -33,7 +34,7 @@ impl Watch {
 
     /// Takes in one alternation: its absolute displacement jump and a hash of its contact set.
     pub fn observe(&mut self, jump: f64, set: u64) -> Option<Reason> {
-        let smallest = self.jumps.iter().copied().fold(f64::INFINITY, f64::min);
+        let smallest = self.jumps.iter().copied().fold(f64::INFINITY, smaller);
         self.jumps.push(jump);
         if !jump.is_finite() || jump > GROWTH * smallest.max(self.floor) || self.has_grown() {
             return Some(Reason::Diverging);
@@ -49,7 +50,7 @@ impl Watch {
         }
         let n = self.jumps.len();
         if n > STALL {
-            let least = |jumps: &[f64]| jumps.iter().copied().fold(f64::INFINITY, f64::min);
+            let least = |jumps: &[f64]| jumps.iter().copied().fold(f64::INFINITY, smaller);
             let (old, recent) = self.jumps.split_at(n - STALL);
             if least(recent) > 0.9 * least(old) {
                 return Some(Reason::Stalled);

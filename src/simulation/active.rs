@@ -4,6 +4,7 @@ use super::{
     contacts::{Contacts, Geometry, Solution, Task},
     found::Found,
 };
+use crate::vector::larger;
 use crate::{
     body::{Body, LoadFactors, Response, ResponseKind},
     case::{BodyRef, Case, ContactGeometry, ResponseCase},
@@ -222,23 +223,23 @@ impl Active {
             for (j, row) in pair.beyond.iter().enumerate() {
                 if updated {
                     // Its gap is that of the deformed surfaces already.
-                    found.ends[i].beyond = found.ends[i].beyond.max(-row.gap);
+                    found.ends[i].beyond = larger(found.ends[i].beyond, -row.gap);
                     continue;
                 }
                 let other = match rigid {
                     Some(u) => factors.supports * row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum::<f64>(),
                     None => received[i][j],
                 };
-                found.ends[i].beyond = found.ends[i].beyond.max(own[i][j] + other - row.gap);
+                found.ends[i].beyond = larger(found.ends[i].beyond, own[i][j] + other - row.gap);
             }
             if !updated {
                 let (before, surface) = (&plan.surfaces[i], plan.surfaces[i].moved(&moved[i]));
                 let status = &found.ends[i].table.status;
                 let turned = (0..status.len()).filter(|&n| status[n] == 2).map(|n| {
                     let [a, b] = [&before.normals[n], &surface.normals[n]];
-                    (1.0 - dot(a, b).powi(2)).max(0.0).sqrt()
+                    larger(1.0 - dot(a, b).powi(2), 0.0).sqrt()
                 });
-                let turned = turned.fold(0.0, f64::max);
+                let turned = turned.fold(0.0, larger);
                 if turned > TURNED {
                     found.warnings.push(format!(
                         "contact '{}': the surface turns by up to {:.1} degrees where it touches, which normals and gaps of the \
@@ -371,8 +372,8 @@ impl Active {
         for (i, nodes) in now.iter().enumerate() {
             for (k, u) in nodes.iter().enumerate() {
                 let old = geometry.displacement.get(i).map_or([0.0; 3], |d| d[k]);
-                largest[0] = largest[0].max(size(&crate::contact::vector::sub(u, &old)));
-                largest[1] = largest[1].max(size(u));
+                largest[0] = larger(largest[0], size(&crate::contact::vector::sub(u, &old)));
+                largest[1] = larger(largest[1], size(u));
             }
         }
         geometry.displacement = now;

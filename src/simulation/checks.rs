@@ -1,5 +1,6 @@
 //! Invariants every run must satisfy, measured on the run itself.
 use super::found::EndFound;
+use crate::vector::{larger, ratio, smaller};
 use crate::{body::Balance, parallel, record};
 use mpi::topology::SimpleCommunicator;
 
@@ -34,16 +35,14 @@ pub(super) fn none() -> record::Checks {
 
 /// The worse of each of two steps.
 pub(super) fn worst(a: record::Checks, b: record::Checks) -> record::Checks {
-    // A check that could not be made (not a number) must not be hidden.
-    let max = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
     record::Checks {
-        residual: max(a.residual, b.residual),
-        equilibrium: max(a.equilibrium, b.equilibrium),
-        virtual_work: max(a.virtual_work, b.virtual_work),
-        tension: max(a.tension, b.tension),
-        complementarity: max(a.complementarity, b.complementarity),
-        action_reaction: max(a.action_reaction, b.action_reaction),
-        penetration: max(a.penetration, b.penetration),
+        residual: larger(a.residual, b.residual),
+        equilibrium: larger(a.equilibrium, b.equilibrium),
+        virtual_work: larger(a.virtual_work, b.virtual_work),
+        tension: larger(a.tension, b.tension),
+        complementarity: larger(a.complementarity, b.complementarity),
+        action_reaction: larger(a.action_reaction, b.action_reaction),
+        penetration: larger(a.penetration, b.penetration),
     }
 }
 
@@ -54,19 +53,18 @@ pub(super) fn checks(
     ends: &[EndFound],
     world: &SimpleCommunicator,
 ) -> record::Checks {
-    let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
     let mut worst = [0.0_f64; 4];
     // Ratios of round-off to round-off say nothing.
-    for b in balances.iter().filter(|b| b.work[2] > b.noise) {
-        worst[0] = worst[0].max(ratio(b.residual2[0].sqrt(), b.residual2[1].sqrt()));
+    for b in balances.iter().filter(|b| b.work[2].is_nan() || b.work[2] > b.noise) {
+        worst[0] = larger(worst[0], ratio(b.residual2[0].sqrt(), b.residual2[1].sqrt()));
         let resultant = b.resultant.iter().map(|c| c * c).sum::<f64>().sqrt();
-        worst[1] = worst[1].max(ratio(resultant, b.scale[0])).max(ratio(b.moment.abs(), b.scale[1]));
-        worst[2] = worst[2].max(ratio((b.work[0] - b.work[1]).abs(), b.work[2].max(b.work[0].abs())));
+        worst[1] = larger(larger(worst[1], ratio(resultant, b.scale[0])), ratio(b.moment.abs(), b.scale[1]));
+        worst[2] = larger(worst[2], ratio((b.work[0] - b.work[1]).abs(), larger(b.work[2], b.work[0].abs())));
     }
     for side in ends.iter().filter(|end| end.counts).map(|end| &end.table) {
-        let largest = side.pressure.iter().copied().fold(0.0, f64::max);
-        let lowest = side.pressure.iter().copied().fold(0.0, f64::min);
-        worst[3] = worst[3].max(ratio(-lowest, largest));
+        let largest = side.pressure.iter().copied().fold(0.0, larger);
+        let lowest = side.pressure.iter().copied().fold(0.0, smaller);
+        worst[3] = larger(worst[3], ratio(-lowest, largest));
     }
     let worst = parallel::max(world, &worst);
     record::Checks {
@@ -74,8 +72,8 @@ pub(super) fn checks(
         equilibrium: worst[1],
         virtual_work: worst[2],
         tension: worst[3],
-        complementarity: pairs.iter().map(|p| p.complementarity).fold(0.0, f64::max),
-        action_reaction: pairs.iter().map(|p| p.force_imbalance).fold(0.0, f64::max),
-        penetration: pairs.iter().map(|p| p.max_penetration).fold(0.0, f64::max),
+        complementarity: pairs.iter().map(|p| p.complementarity).fold(0.0, larger),
+        action_reaction: pairs.iter().map(|p| p.force_imbalance).fold(0.0, larger),
+        penetration: pairs.iter().map(|p| p.max_penetration).fold(0.0, larger),
     }
 }

@@ -5,6 +5,7 @@ use super::{
     found::{EndFound, Found},
     rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
 };
+use crate::vector::smaller;
 use crate::{
     body::{BodyRow, Response},
     case::{Case, ContactGeometry, Gap, Tolerance},
@@ -207,6 +208,7 @@ impl Contacts {
                 .for_each(|(gap, motion)| *gap -= factors.supports * motion);
         }
         let mut coupling = Coupling::new(responses, &self.shares.ends, exchange);
+        coupling.names = plan.groups.bodies().iter().map(|&b| case.bodies[b].name.clone()).collect();
         let scaling: Vec<f64> =
             rows.iter().flat_map(|rows| std::iter::repeat_n(rows.stiffness, rows.gap.len())).collect();
         let coarse = Coarse::new(&coupling, task.n_modes, task.first_mode, scaling);
@@ -227,14 +229,21 @@ impl Contacts {
                 let range = ranges[i].clone();
                 pressure_error(&chains[i], rows, &force[range.clone()], &active[range])
             };
-            (0..ends.len()).filter_map(of_end).fold(f64::INFINITY, f64::min)
+            (0..ends.len()).filter_map(of_end).fold(f64::INFINITY, smaller)
         };
         if automatic {
             driver.mesh_error = Some(&mesh_error);
         }
-        let outcome = match driver.run(self.warm.as_deref(), progress)? {
-            Ok(outcome) => outcome,
-            Err(motion) => return Err(unrestrained(task, &coarse, &motion)),
+        let mut not_finite = None;
+        let outcome = match driver.run(self.warm.as_deref(), progress) {
+            Ok(Ok(outcome)) => outcome,
+            Ok(Err(motion)) => return Err(unrestrained(task, &coarse, &motion)),
+            // The state is that before the answer.
+            Err(Error::NotFinite(what)) => {
+                not_finite = Some(what);
+                driver.outcome(Reason::NotFinite)
+            }
+            Err(error) => return Err(error),
         };
         let projector = coarse.projector(exchange, &driver.active);
         let free: Vec<usize> = projector.free_modes(task.n_modes);
@@ -245,7 +254,8 @@ impl Contacts {
         let elastic = driver.elastic_approach();
         let threshold = driver.gap_threshold();
         let mut found = Found::none();
-        found.reason = if n_pairs == 0 { Reason::NoContact } else { outcome.reason };
+        found.reason =
+            if n_pairs == 0 && outcome.reason.converged() { Reason::NoContact } else { outcome.reason };
         found.history = outcome.history;
         (found.updates, found.gap_threshold) = (driver.updates as u64, threshold);
         (found.force_steps, found.displacement_steps) =
@@ -259,6 +269,8 @@ impl Contacts {
         }
         if !found.reason.converged() {
             found.diagnosis = self.diagnose(task, &driver.flipped);
+            // All first ranks have agreed on it.
+            found.diagnosis.extend(not_finite.filter(|_| plan.groups.own == 0));
         }
         found.tolerance = driver.limits.tolerance;
         if let (Some(residual), Tolerance::Fixed(_), 0) =

@@ -1,5 +1,6 @@
 //! What a driver found, end by end of the pairs, whichever driver it was.
 use super::rows::Pair;
+use crate::vector::larger;
 use crate::{
     contact::{
         Surface,
@@ -105,9 +106,9 @@ impl EndFound {
             table.pressure[i] = force[j] / row.area;
             table.status[i] = if active[j] { 2 } else { 1 };
             add_forces(&mut table, &row.terms[0], force[j]);
-            complementarity[0] = complementarity[0].max((table.pressure[i] * gaps[j]).abs());
+            complementarity[0] = larger(complementarity[0], (table.pressure[i] * gaps[j]).abs());
             let lengths = [gaps[j].abs(), row.gap.abs(), (row.gap - gaps[j]).abs(), elastic[j]];
-            complementarity[1] = lengths.into_iter().fold(complementarity[1], f64::max);
+            complementarity[1] = lengths.into_iter().fold(complementarity[1], larger);
         }
         EndFound {
             pair,
@@ -119,7 +120,7 @@ impl EndFound {
             active: active.iter().filter(|a| **a).count(),
             candidates: data.rows.len(),
             unmatched: 0,
-            penetration: gaps.iter().map(|g| -g).fold(0.0, f64::max),
+            penetration: gaps.iter().map(|g| -g).fold(0.0, larger),
             beyond: 0.0,
             complementarity,
         }

@@ -3,6 +3,7 @@ mod active;
 mod adapt;
 mod checks;
 mod contacts;
+mod evidence;
 mod fields;
 mod found;
 mod measure;
@@ -32,6 +33,7 @@ use crate::{
 };
 use active::{Active, Nodal};
 use checks::{checks, total, worst};
+use evidence::Evidence;
 use fields::{append, probe, start_fields};
 use found::Found;
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -188,9 +190,12 @@ impl Run {
         if found.reason.converged() && beyond {
             found.reason = Reason::Penetration;
         }
+        let checks = checks(&balances, &pairs, &found.ends, world);
+        let evidence = Evidence { checks: &checks, pairs: &pairs, piece: &piece };
+        evidence.decide(&mut found, world);
         let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, &found));
         std::iter::zip(&mut pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
-        self.checks = worst(self.checks, checks(&balances, &pairs, &found.ends, world));
+        self.checks = worst(self.checks, checks);
         let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
         let counts = share_outcome(world, &mut found.reason, counts);
         self.reason = found.reason;

@@ -1,4 +1,5 @@
 //! Outlines of the rigid bodies, for the picture.
+use crate::vector::larger;
 use crate::{
     case::{Case, RigidShape},
     contact::vector::{norm, sub},
@@ -20,7 +21,7 @@ pub(super) fn outlines(
 ) -> Vec<Outline> {
     let polyline = |shape: &RigidShape| match shape {
         RigidShape::Plane { through, normal } => {
-            let own = points.iter().map(|p| norm(&sub(p, through))).fold(0.0, f64::max);
+            let own = points.iter().map(|p| norm(&sub(p, through))).fold(0.0, larger);
             // Behind the plane is the left of this direction.
             let reach = 2.0 * parallel::max(world, &[own])[0];
             let end = |t: f64| [through[0] - t * normal[1], through[1] + t * normal[0], 0.0];

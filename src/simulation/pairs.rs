@@ -1,5 +1,6 @@
 //! Contact pairs in numbers, and their tables along the surface.
 use super::found::{EndFound, Found};
+use crate::vector::{larger, ratio};
 use crate::{
     case::{Case, ContactCase},
     parallel,
@@ -50,7 +51,7 @@ pub(super) fn pair_results(
             let scale = size(&s[..3]) + size(&s[3..6]);
             // A rigid surface has no nodes to take the reaction.
             let both = contact.surfaces.iter().all(|s| s.body.deformable().is_some());
-            let force_imbalance = if both && scale > 0.0 { size(&together) / scale } else { 0.0 };
+            let force_imbalance = if both { ratio(size(&together), scale) } else { 0.0 };
             if s[10] > 0.0 {
                 warnings.push(format!(
                     "contact '{}': the nodes of the two surfaces do not match; the pointwise transfer of nodal forces is \
@@ -73,7 +74,7 @@ pub(super) fn pair_results(
                 contact_length: s[7],
                 max_penetration: m[1],
                 force_imbalance,
-                complementarity: if m[0] * m[4] > 0.0 { m[3] / (m[0] * m[4]) } else { 0.0 },
+                complementarity: ratio(m[3], m[0] * m[4]),
                 contraction: mean_contraction(history.map(|row| row.contraction)),
                 active: s[8] as u64,
                 open: (s[9] - s[8]) as u64,
@@ -92,7 +93,7 @@ fn add(end: &EndFound, sum: &mut [f64; SUMS], max: &mut [f64; MAXIMA]) {
     if end.counts {
         sum[6] += end.normal_force;
         sum[7] += contact_length(&end.table);
-        max[0] = end.table.pressure.iter().copied().fold(max[0], f64::max);
+        max[0] = end.table.pressure.iter().copied().fold(max[0], larger);
     }
     if end.multiplier {
         sum[13] += end.side as f64;
@@ -100,10 +101,10 @@ fn add(end: &EndFound, sum: &mut [f64; SUMS], max: &mut [f64; MAXIMA]) {
     sum[8] += end.active as f64;
     sum[9] += end.candidates as f64;
     sum[10] += end.unmatched as f64;
-    max[1] = max[1].max(end.penetration);
-    max[2] = max[2].max(end.beyond);
-    max[3] = max[3].max(end.complementarity[0]);
-    max[4] = max[4].max(end.complementarity[1]);
+    max[1] = larger(max[1], end.penetration);
+    max[2] = larger(max[2], end.beyond);
+    max[3] = larger(max[3], end.complementarity[0]);
+    max[4] = larger(max[4], end.complementarity[1]);
 }
 
 /// Length in contact, m: between the zeros of the pressure. At a smooth edge p^2 is linear in the distance from the

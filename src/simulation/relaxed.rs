@@ -4,15 +4,16 @@ use super::{
     active::Nodal,
     found::{EndFound, Found, empty_table},
 };
+use crate::vector::larger;
 use crate::{
     body::{Body, Compliance, ContactRow, ResponseKind},
     case::{Case, ContactCase, Tolerance, Weights},
     contact::{Pairing, Surface, vector::dot},
-    error::Result,
+    error::{Error, Result},
     material::LinearElastic,
     parallel::{self, Exchange, agree},
     petsc,
-    record::HistoryRow,
+    record::{HistoryRow, Reason},
     schwarz::{self, Alternation, ContactNode, Side, alternation::SideState, weights::Both},
 };
 use mpi::topology::SimpleCommunicator;
@@ -110,7 +111,7 @@ impl Contacts {
             dot(&node.conjugate.normal, &crate::contact::vector::sub(&own[i][node.node], &other))
         };
         let closing = self.sides.iter().enumerate().flat_map(|(i, s)| s.nodes.iter().map(move |n| (i, n)));
-        let closing = closing.map(|(i, node)| approach(i, node)).fold(0.0, f64::max);
+        let closing = closing.map(|(i, node)| approach(i, node)).fold(0.0, larger);
         let closing = exchange.max(&[closing])[0];
         let mut kept: Vec<Vec<ContactNode>> = Vec::new();
         for (i, side) in self.sides.iter().enumerate() {
@@ -288,10 +289,28 @@ fn alternate(
         max_alternations: case.alternation.max_alternations,
     };
     let n_bodies = bodies.len();
-    let mut alternation = Alternation::new(bodies, &contacts.sides, exchange, settings)?;
-    let outcome = alternation.run(progress)?;
     let mut rows = vec![Vec::new(); n_bodies];
     let mut found = Found::none();
+    let mut not_finite = |what: String| {
+        found.reason = Reason::NotFinite;
+        // All first ranks have agreed on it.
+        found.diagnosis.extend((plan.groups.own == 0).then_some(what));
+    };
+    let mut alternation = match Alternation::new(bodies, &contacts.sides, exchange, settings) {
+        Err(Error::NotFinite(what)) => {
+            not_finite(what);
+            return Ok((found, rows));
+        }
+        alternation => alternation?,
+    };
+    let outcome = match alternation.run(progress) {
+        // The state is that before the answer.
+        Err(Error::NotFinite(what)) => {
+            not_finite(what);
+            schwarz::Outcome { reason: Reason::NotFinite, history: Vec::new() }
+        }
+        outcome => outcome?,
+    };
     for (i, (side, state)) in std::iter::zip(&contacts.sides, &alternation.states).enumerate() {
         let rows: &mut Vec<f64> = &mut rows[side.body];
         rows.extend(&state.force);
@@ -318,9 +337,9 @@ fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[Contac
         table.force[i] = node.conjugate.normal.map(|c| -state.force[k] * c);
         table.status[i] = if state.active[k] { 2 } else { 1 };
         let travel = dot(&node.conjugate.normal, &state.displacement[node.node]).abs();
-        complementarity[0] = complementarity[0].max((table.pressure[i] * state.gap[k]).abs());
+        complementarity[0] = larger(complementarity[0], (table.pressure[i] * state.gap[k]).abs());
         complementarity[1] =
-            complementarity[1].max(state.gap[k].abs()).max(node.conjugate.gap.abs()).max(travel);
+            larger(larger(larger(complementarity[1], state.gap[k].abs()), node.conjugate.gap.abs()), travel);
     }
     let penetration = |node: &ContactNode| {
         let other = Side::vector_at_conjugate(node, &state.other_displacement);
@@ -337,8 +356,8 @@ fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[Contac
         active: state.active.iter().filter(|a| **a).count(),
         candidates: side.nodes.len(),
         unmatched: touching.filter(|(node, _)| node.conjugate.terms.len() > 1).count(),
-        penetration: state.gap.iter().map(|g| -g).fold(0.0, f64::max),
-        beyond: beyond.iter().map(penetration).fold(0.0, f64::max),
+        penetration: state.gap.iter().map(|g| -g).fold(0.0, larger),
+        beyond: beyond.iter().map(penetration).fold(0.0, larger),
         complementarity,
         table,
     }

@@ -1,6 +1,7 @@
 //! What accuracy costs: the cheapest run for an error, and the sentence that says so.
 use super::quantity::spoken;
 use super::table::{Row, Table};
+use crate::vector::larger;
 
 /// Accuracies asked for, relative, and how much more is asked then.
 const TARGET: f64 = 1e-2;
@@ -31,7 +32,7 @@ pub(super) fn points<'a>(table: &'a Table, quantity: &str) -> Vec<Point<'a>> {
         let curve: Vec<(&Row, f64)> =
             table.curve(choice).filter_map(|row| Some((row, *row.errors.get(quantity)?))).collect();
         for (i, &(row, error)) in curve.iter().enumerate() {
-            let reliable = curve[i..].iter().map(|(_, error)| *error).fold(known_to, f64::max);
+            let reliable = curve[i..].iter().map(|(_, error)| *error).fold(known_to, larger);
             points.push(Point { row, error, reliable, best: false });
         }
     }

@@ -3,6 +3,7 @@ use super::front::{Point, cheapest, name, percent, points, seconds, sentence};
 use super::quantity::{norm, spoken};
 use super::richardson::{Behaviour, LOWEST_ORDER, Limit};
 use super::table::{ROUND_OFF, Reference, Row, Table};
+use crate::vector::smaller;
 use std::fmt::Write;
 
 /// Accuracies that the page names the cheapest run for, relative.
@@ -152,7 +153,7 @@ impl Page<'_> {
                 .iter()
                 .filter_map(|row| row.errors.get(name))
                 .copied()
-                .fold(f64::INFINITY, f64::min);
+                .fold(f64::INFINITY, smaller);
             let order = |choice| self.order(name, choice, reference).unwrap_or("–".into());
             let orders: Vec<String> = (0..table.labels.len()).map(order).collect();
             let from = match (&reference.limit, reference.exact) {

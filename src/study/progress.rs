@@ -2,6 +2,7 @@
 use super::front::seconds;
 use super::plan::{Plan, Run};
 use super::run::Measured;
+use crate::vector::larger;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::{cell::Cell, io::IsTerminal};
 
@@ -23,7 +24,7 @@ impl Progress {
         let (all, _) = plan.size();
         let repeat = plan.case.study.repeat;
         let levels = plan.case.study.levels.len();
-        let largest = plan.runs.iter().map(|run| run.dofs).fold(0.0, f64::max);
+        let largest = plan.runs.iter().map(|run| run.dofs).fold(0.0, larger);
         eprintln!(
             "study of {}: {} x {} x {} = {all} runs, up to about {} unknowns",
             plan.case.name,

@@ -1,4 +1,5 @@
 //! The numbers of a run whose errors a study measures, taken from its `summary.json`.
+use crate::vector::larger;
 use serde_json::Value;
 
 /// Components below this part of the largest of their kind are zero to round-off, and have no relative error.
@@ -53,7 +54,7 @@ pub(super) fn quantities(summary: &Value) -> Vec<Quantity> {
         all.extend(stress.map(|stress| Quantity::new(name, "stress", "Pa", &STRESSES, stress)));
     }
     let largest =
-        |unit: &str| all.iter().filter(|q| q.unit == unit).map(|q| norm(&q.values)).fold(0.0, f64::max);
+        |unit: &str| all.iter().filter(|q| q.unit == unit).map(|q| norm(&q.values)).fold(0.0, larger);
     let units = ["Pa", "N", "m"].map(|unit| (unit, largest(unit)));
     let matters = |q: &Quantity| {
         let scale = units.iter().find(|(unit, _)| *unit == q.unit).map_or(0.0, |(_, scale)| *scale);

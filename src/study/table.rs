@@ -5,6 +5,7 @@ use super::plan::{Elements, Plan};
 use super::quantity::{Quantity, difference, norm, quantities};
 use super::richardson::{Behaviour, Limit, limit, order_of_errors};
 use super::run::Measured;
+use crate::vector::smaller;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -212,7 +213,7 @@ impl Table {
         let away = |other: &Limit| norm(&difference(&other.values, &limit.values)) / norm(&limit.values);
         let others = (0..self.labels.len()).filter(|other| *other != choice);
         let others = others.filter_map(|other| self.limits.get(&(name.to_string(), other)));
-        let nearest = others.filter(|other| good(other)).map(away).fold(f64::INFINITY, f64::min);
+        let nearest = others.filter(|other| good(other)).map(away).fold(f64::INFINITY, smaller);
         let uncertainty =
             if nearest.is_finite() { limit.uncertainty.max(nearest) } else { limit.uncertainty };
         Limit { uncertainty, ..limit }

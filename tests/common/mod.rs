@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 pub mod inside;
 
+use kontakt::vector::larger;
 use serde_json::Value;
 use std::{
     path::Path,
@@ -74,10 +75,10 @@ pub fn check_invariants_within(summary: &Value, factor: f64, what: &str) {
     let pairs = summary["pairs"].as_array().expect("pairs");
     let of_probes = |key: &str| {
         let probes = summary["probes"].as_array().into_iter().flatten();
-        probes.map(|probe| largest(&probe[key])).fold(0.0, f64::max)
+        probes.map(|probe| largest(&probe[key])).fold(0.0, larger)
     };
     let travel = of_probes("displacement");
-    let length = pairs.iter().map(|pair| largest(&pair["contact_length"])).fold(travel, f64::max);
+    let length = pairs.iter().map(|pair| largest(&pair["contact_length"])).fold(travel, larger);
     for pair in pairs {
         let penetration = pair["max_penetration"].as_f64().expect("a number");
         let limit = (1e-8 * length).max(f64::EPSILON * of_probes("x"));
@@ -97,10 +98,10 @@ pub fn assert_agree(a: &Value, b: &Value, relative: f64, what: &str) {
         assert_eq!(a[key], b[key], "{what}: {key}");
     }
     let list = |v: &Value, key: &str| v[key].as_array().cloned().unwrap_or_default();
-    let over = |key: &str, part: &str| list(a, key).iter().map(|v| largest(&v[part])).fold(0.0, f64::max);
+    let over = |key: &str, part: &str| list(a, key).iter().map(|v| largest(&v[part])).fold(0.0, larger);
     // Below 1 kPa a stress is round-off.
-    let pressure = over("pairs", "max_pressure").max(over("probes", "stress")).max(1e3);
-    let length = over("pairs", "contact_length").max(over("probes", "x"));
+    let pressure = larger(larger(over("pairs", "max_pressure"), over("probes", "stress")), 1e3);
+    let length = larger(over("pairs", "contact_length"), over("probes", "x"));
     let (pairs, probes) = ([list(a, "pairs"), list(b, "pairs")], [list(a, "probes"), list(b, "probes")]);
     assert_eq!((pairs[0].len(), probes[0].len()), (pairs[1].len(), probes[1].len()), "{what}");
     let force = over("pairs", "normal_force");
@@ -153,8 +154,8 @@ fn near(a: &Value, b: &Value, allowed: f64, what: &str) {
 
 fn largest(value: &Value) -> f64 {
     match value {
-        Value::Object(map) => map.values().map(largest).fold(0.0, f64::max),
-        Value::Array(items) => items.iter().map(largest).fold(0.0, f64::max),
+        Value::Object(map) => map.values().map(largest).fold(0.0, larger),
+        Value::Array(items) => items.iter().map(largest).fold(0.0, larger),
         other => other.as_f64().map_or(0.0, f64::abs),
     }
 }

@@ -2,6 +2,7 @@
 use super::scenes::{A, P0, cylinders, on_plane};
 use super::{close, multipliers, near, pressure_at, solve_all, value};
 use kontakt::output::Results;
+use kontakt::vector::larger;
 use serde_json::Value;
 
 fn two(element: &str, k: [f64; 2], far: f64, ratio: f64) -> (Value, Results) {
@@ -28,7 +29,7 @@ fn errors(run: &(Value, Results), k: f64) -> Errors {
         force: value(summary, "pairs.c.normal_force") / 1e6 - 1.0,
         peak: value(summary, "pairs.c.max_pressure") / P0 - 1.0,
         width: (0.5 * value(summary, "pairs.c.contact_length") - A) / (A / k),
-        profile: profile.map(|(x, p)| (p / P0 - (1.0 - (x[0] / A).powi(2)).sqrt()).abs()).fold(0.0, f64::max),
+        profile: profile.map(|(x, p)| (p / P0 - (1.0 - (x[0] / A).powi(2)).sqrt()).abs()).fold(0.0, larger),
     }
 }
 

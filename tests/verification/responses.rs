@@ -1,6 +1,7 @@
 //! However a body answers, on however many ranks, and whatever carries forces across: the same solution.
 use super::{common, multipliers, near, rectangle, solve_all, value};
 use kontakt::output::Results;
+use kontakt::vector::larger;
 use serde_json::Value;
 
 /// A heated block on a wider one, held by contact alone: it lifts off towards its end. Meshes that do not match.
@@ -62,7 +63,7 @@ const MULTIGRID: &str =
 fn same(a: &(Value, Results), b: &(Value, Results), relative: f64, what: &str) {
     common::assert_agree(&a.0, &b.0, relative, what);
     let (s, t) = (multipliers(&a.1, 0), multipliers(&b.1, 0));
-    let largest = s.pressure.iter().fold(0.0_f64, |l, p| l.max(*p));
+    let largest = s.pressure.iter().fold(0.0, |l, p| larger(l, *p));
     for (p, q) in std::iter::zip(&s.pressure, &t.pressure) {
         near(*p, *q, relative * largest, what);
     }

@@ -1,6 +1,7 @@
 //! Load steps of elastic bodies without friction: only the state at the end matters, and nothing is left after unloading.
 use super::{close, multipliers, near, rectangle, solve_all, value};
 use kontakt::output::Results;
+use kontakt::vector::larger;
 use serde_json::Value;
 
 /// Two discs that just do not touch, so that round-off in the mean gap of a row is no interference; the mid-planes are
@@ -57,7 +58,7 @@ fn steps(factors: &[f64]) -> String {
 
 fn same_end(a: &(Value, Results), b: &(Value, Results), relative: f64, what: &str) {
     let (s, t) = (multipliers(&a.1, 0), multipliers(&b.1, 0));
-    let largest = s.pressure.iter().fold(0.0_f64, |l, p| l.max(*p));
+    let largest = s.pressure.iter().fold(0.0, |l, p| larger(l, *p));
     for (p, q) in std::iter::zip(&s.pressure, &t.pressure) {
         near(*p, *q, relative * largest, what);
     }
@@ -86,7 +87,7 @@ fn unloading_leaves_nothing() {
         let (_, results) = solve_all(&case(&steps(&[0.5, 1.0, 0.0])), 2, &[]);
         let largest = |fields: &[kontakt::output::Field], of: &str| {
             let field = fields.iter().find(|f| f.name == of).expect("the field is there");
-            field.values.iter().fold(0.0_f64, |l, v| l.max(v.abs()))
+            field.values.iter().fold(0.0, |l, v| larger(l, v.abs()))
         };
         for field in ["displacement", "stress"] {
             let (loaded, left) = (
@@ -95,9 +96,9 @@ fn unloading_leaves_nothing() {
             );
             assert!(left <= 1e-10 * loaded, "{name}: {field} {left:e} of {loaded:e}");
         }
-        let p = multipliers(&results, 0).pressure.iter().fold(0.0_f64, |l, p| l.max(*p));
+        let p = multipliers(&results, 0).pressure.iter().fold(0.0, |l, p| larger(l, *p));
         let before =
-            super::gapped(&results.before[1].pairs[0]).pressure.iter().fold(0.0_f64, |l, p| l.max(*p));
+            super::gapped(&results.before[1].pairs[0]).pressure.iter().fold(0.0, |l, p| larger(l, *p));
         assert!(p <= 1e-10 * before, "{name}: pressure {p:e}");
     }
 }

@@ -2,6 +2,7 @@
 use super::{common, near, rectangle, solve_all, value};
 use kontakt::output::Results;
 use kontakt::record::SideTable;
+use kontakt::vector::larger;
 use serde_json::Value;
 
 const HEADING: &str = "analysis = \"plane strain\"\nalternation.tolerance = 1e-11\nmaterial.lower = { young = 2.1e11, poisson = 0.3 }\nmaterial.upper = { young = 7e10, poisson = 0.33 }\n";
@@ -23,7 +24,7 @@ fn same(moved: &(Value, Results), built: &(Value, Results), shift: f64, relative
     let force = value(&built.0, "pairs.c.normal_force");
     near(value(&moved.0, "pairs.c.normal_force"), force, relative * force, "normal force");
     let (p, q) = (profile(&moved.1, 0, 0.0), profile(&built.1, 0, shift));
-    let largest = q.iter().fold(0.0_f64, |l, q| l.max(q.1));
+    let largest = q.iter().fold(0.0_f64, |l, q| larger(l, q.1));
     for ((x, p), (y, q)) in std::iter::zip(p, q) {
         near(x, y, 1e-12, "the same node");
         near(p, q, relative * largest, &format!("pressure at {x:e}"));
@@ -185,7 +186,7 @@ fn the_way_there_does_not_matter() {
     let three = solve_all(&case("step = [{ supports = 0.3 }, { supports = 0.7 }, {}]\n"), 2, &[]);
     let side = |results: &Results| results.pairs[0].sides[1].clone().expect("the block's table");
     let (p, q) = (side(&one.1), side(&three.1));
-    let largest = p.pressure.iter().copied().fold(0.0, f64::max);
+    let largest = p.pressure.iter().copied().fold(0.0, larger);
     assert!(largest > 1e7, "the roller presses: {largest:e}");
     for (p, q) in std::iter::zip(&p.pressure, &q.pressure) {
         near(*q, *p, 1e-7 * largest, "pressure");

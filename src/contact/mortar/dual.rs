@@ -131,6 +131,7 @@ fn spread(carries: &[bool]) -> Option<DMatrix<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vector::larger;
 
     #[test]
     fn short_parts_lose_no_digits() {
@@ -147,7 +148,7 @@ mod tests {
                 let product = &dual.functions * &part.mass * restricted(n, span).transpose();
                 for i in 0..n {
                     assert!(part.areas()[i] > 0.0);
-                    let largest = (0..n).fold(0.0_f64, |m, k| m.max(dual.functions[(i, k)].abs()));
+                    let largest = (0..n).fold(0.0_f64, |m, k| larger(m, dual.functions[(i, k)].abs()));
                     for j in 0..n {
                         let expected = if i == j { dual.area[i] } else { 0.0 };
                         assert!((product[(i, j)] - expected).abs() < 1e-12 * half * largest, "{n} {span:?}");

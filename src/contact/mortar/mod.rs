@@ -26,6 +26,7 @@ use super::{
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
 };
+use crate::vector::larger;
 use dual::{Dual, Part};
 use nalgebra::{DMatrix, DVector};
 use segments::{Edge, SLIVER, Segments};
@@ -249,7 +250,7 @@ fn carriers(edges: &[Overlap]) -> Vec<Vec<bool>> {
     for edge in edges {
         for (&node, &s) in edge.edge.nodes().iter().zip(&edge.shares) {
             let largest = share.entry(node).or_default();
-            *largest = largest.max(s);
+            *largest = larger(*largest, s);
         }
     }
     let mut carry: BTreeMap<u32, bool> = share.into_iter().map(|(node, s)| (node, s >= CARRIES)).collect();

@@ -5,6 +5,7 @@ use super::super::{
 };
 use super::{Row, multiplier_side, rows};
 use crate::contact::{ConjugateRule, Gap};
+use crate::vector::larger;
 
 const TOUCHING: Gap = Gap::Geometry { offset: 0.0 };
 
@@ -53,7 +54,7 @@ fn coefficients(row: impl std::borrow::Borrow<Row>) -> [Vec<(u32, f64)>; 2] {
 fn check_straight(multiplier: &Surface, mortar: &Surface, overlap: [f64; 2], angle: f64, gap: f64) {
     let turned = [multiplier, mortar].map(|s| placed(s, angle, [0.3, -0.2]));
     let rows = rows(&turned[0], &turned[1], &TOUCHING, 1.0, f64::INFINITY);
-    let h = (0..multiplier.facets.len()).map(|f| multiplier.facet_size(f)).fold(0.0, f64::max);
+    let h = (0..multiplier.facets.len()).map(|f| multiplier.facet_size(f)).fold(0.0, larger);
     let mut forces = [vec![0.0; multiplier.nodes.len()], vec![0.0; mortar.nodes.len()]];
     // What cancels where multipliers are extrapolated.
     let mut sizes = forces.clone();
@@ -70,7 +71,7 @@ fn check_straight(multiplier: &Surface, mortar: &Surface, overlap: [f64; 2], ang
             for (node, c) in coefficients(row.clone())[side].clone() {
                 let p = turned[side].points[node as usize];
                 way = [way[0] + sign * c * p[0], way[1] + sign * c * p[1], 0.0];
-                scale = scale.max(c.abs());
+                scale = larger(scale, c.abs());
                 forces[side][node as usize] += c * row.area;
                 sizes[side][node as usize] += (c * row.area).abs();
             }

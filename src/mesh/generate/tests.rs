@@ -1,6 +1,7 @@
 use super::*;
 use crate::mesh::check;
 use crate::mesh::testing::*;
+use crate::vector::{larger, smaller};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 fn mesh(shape: &Shape, kind: ElementKind) -> Mesh {
@@ -224,9 +225,9 @@ fn hertz_half_disc_has_good_cells_of_the_right_size() {
     assert!(low > 50.0 && high < 135.0, "{low} {high}");
     let length = |f| facet_length(&mesh, f).0;
     let arc: Vec<f64> = mesh.surfaces["arc"].iter().map(|&f| length(f)).collect();
-    let shortest = arc.iter().copied().fold(f64::MAX, f64::min);
+    let shortest = arc.iter().copied().fold(f64::MAX, smaller);
     assert!((shortest / 2.6e-5 - 1.0).abs() < 1e-3, "{shortest}");
-    let longest = boundary(&mesh).into_iter().map(length).fold(0.0, f64::max);
+    let longest = boundary(&mesh).into_iter().map(length).fold(0.0, larger);
     assert!(longest < 7e-3, "{longest}");
     // The first layer is as thin as the cells are wide, at the contact point.
     assert!(mesh.points.iter().any(|p| p[0] == 0.0 && (p[1] + 0.05 - 2.6e-5).abs() < 1e-12));

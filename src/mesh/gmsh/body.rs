@@ -3,6 +3,7 @@ use super::{Element, Kind, Raw};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::{Cell, Facet, Mesh};
+use crate::vector::larger;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 /// Sides of the chosen cells by their end nodes (mesh numbers, smaller first).
@@ -101,7 +102,7 @@ impl Body<'_> {
             return Err(self.error(format!("element {} {place} has a node twice", element.tag)));
         }
         // Twice the area of the triangle at each corner: all of one sign in a convex cell.
-        let size = (1..n).map(|i| distance(&points[0], &points[i])).fold(0.0, f64::max);
+        let size = (1..n).map(|i| distance(&points[0], &points[i])).fold(0.0, larger);
         let turns: Vec<f64> = (0..n)
             .map(|i| {
                 let (a, b, c) = (points[(i + n - 1) % n], points[i], points[(i + 1) % n]);

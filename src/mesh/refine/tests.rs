@@ -3,6 +3,7 @@ use crate::element::ElementKind;
 use crate::mesh::testing::*;
 use crate::mesh::{Grading, Shape};
 use crate::mesh::{check, generate};
+use crate::vector::{larger, smaller};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn build(shape: &Shape, kind: ElementKind) -> Mesh {
@@ -182,8 +183,8 @@ fn marked_cells_are_cut_and_neighbours_follow_where_nodes_would_hang_on_hanging_
             }
             assert!((area(&mesh) / whole - 1.0).abs() < 0.05);
             // From the coarsest to the finest in steps of two.
-            let finest = (0..mesh.cells.len()).map(|c| cell_area(&mesh, c)).fold(f64::MAX, f64::min);
-            let coarsest = (0..mesh.cells.len()).map(|c| cell_area(&mesh, c)).fold(0.0, f64::max);
+            let finest = (0..mesh.cells.len()).map(|c| cell_area(&mesh, c)).fold(f64::MAX, smaller);
+            let coarsest = (0..mesh.cells.len()).map(|c| cell_area(&mesh, c)).fold(0.0, larger);
             assert!(coarsest / finest > 4f64.powi(5));
         }
     }

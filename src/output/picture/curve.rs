@@ -3,6 +3,7 @@ use super::CURVES;
 use super::colour::ramp;
 use crate::output::Results;
 use crate::record::{PairTables, SideTable};
+use crate::vector::larger;
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
 /// Load steps whose curves can still be told apart.
@@ -113,7 +114,7 @@ fn sides(pair: &PairTables) -> Vec<Curve<'_>> {
 fn steps_of<'a>(steps: &[&'a PairTables], results: &Results) -> Vec<Curve<'a>> {
     let largest = |side: usize| {
         let tables = steps.iter().filter_map(|pair| pair.sides[side].as_ref());
-        tables.flat_map(|table| &table.pressure).copied().filter(|p| p.is_finite()).fold(0.0, f64::max)
+        tables.flat_map(|table| &table.pressure).copied().filter(|p| p.is_finite()).fold(0.0, larger)
     };
     let side = match &carriers(steps)[..] {
         [] => return Vec::new(),

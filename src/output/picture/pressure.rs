@@ -7,6 +7,7 @@ use super::{FONT, GRID, INK, failed, title};
 use crate::error::Result;
 use crate::output::Results;
 use crate::record::PairTables;
+use crate::vector::{larger, smaller};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -66,7 +67,7 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, results: &Re
     let units = results.run.units;
     let Panel { pair, curves, legend } = panel;
     let pressures = || curves.iter().flat_map(|curve| &curve.points).map(|point| point.pressure);
-    let (largest, smallest) = (pressures().fold(0.0, f64::max), pressures().fold(0.0, f64::min));
+    let (largest, smallest) = (pressures().fold(0.0, larger), pressures().fold(0.0, smaller));
     let (from, to) = range(curves);
     let (p, s) = (Unit::stress(units, largest.max(-smallest)), Unit::length(units, from.abs().max(to.abs())));
     let top = if largest > 0.0 { 1.1 * largest } else { 1.0 } / p.factor;

@@ -9,6 +9,7 @@ use crate::case::StressComponent;
 use crate::error::{Error, Result};
 use crate::mesh::Cell;
 use crate::output::{Field, Outline, Piece, Results};
+use crate::vector::larger;
 
 /// Element edges are drawn when fewer cells can be seen.
 const EDGES_BELOW: usize = 4000;
@@ -67,7 +68,7 @@ impl<'a> Scene<'a> {
     pub fn magnification(&self) -> f64 {
         let [width, height] = self.bounds(0.0).size();
         let largest =
-            self.displacement.iter().map(|u| u[0].hypot(u[1])).filter(|u| u.is_finite()).fold(0.0, f64::max);
+            self.displacement.iter().map(|u| u[0].hypot(u[1])).filter(|u| u.is_finite()).fold(0.0, larger);
         let wanted = 0.04 * width.max(height) / largest;
         if wanted.is_normal() { round_near(wanted) } else { 1.0 }
     }

@@ -1,5 +1,6 @@
 //! Numbers of summaries: against limits, against what is expected, against each other.
 use super::expected::{Number, Run, Same};
+use kontakt::vector::larger;
 use serde_json::Value;
 
 /// A number over its limit.
@@ -39,7 +40,7 @@ fn components(value: &Value) -> Vec<f64> {
 }
 
 fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
-    values.into_iter().map(f64::abs).fold(0.0, f64::max)
+    values.into_iter().map(f64::abs).fold(0.0, larger)
 }
 
 /// Largest displacement component of the probes, m.
@@ -216,7 +217,7 @@ fn differences(one: &Value, other: &Value, factors: &Factors, keys: &[&str]) -> 
 
 fn relative(name: &str, a: &[f64], b: &[f64]) -> Ratio {
     let scale = largest(a.iter().chain(b).copied());
-    let difference = std::iter::zip(a, b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let difference = std::iter::zip(a, b).map(|(a, b)| (a - b).abs()).fold(0.0, larger);
     let missing = a.len() != b.len() || a.iter().chain(b).any(|x| x.is_nan());
     Ratio::new(name, if missing { f64::NAN } else { difference }, scale)
 }

@@ -180,7 +180,7 @@ pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
     violated.sort_unstable();
     violated.dedup();
     row.faults.extend(violated);
-    row.worst = ratios.into_iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    row.worst = ratios.into_iter().max_by(|a, b| a.ratio.abs().total_cmp(&b.ratio.abs()));
     row.ok = row.faults.is_empty();
     row
 }

@@ -3,6 +3,7 @@ use super::compare::Ratio;
 use super::expected::{Profile, Run, Slope};
 use kontakt::output::{RESULT, Results};
 use kontakt::record::SideTable;
+use kontakt::vector::{larger, smaller};
 use rstar::{RTree, primitives::GeomWithData};
 use serde_json::Value;
 use std::path::Path;
@@ -114,8 +115,8 @@ fn asymmetry(results: &Results) -> Result<f64, String> {
     let points = &results.piece.points;
     let indexed = points.iter().enumerate().map(|(i, p)| GeomWithData::new([p[0], p[1]], i));
     let tree = RTree::bulk_load(indexed.collect());
-    let extent = points.iter().flat_map(|p| p[..2].iter().map(|c| c.abs())).fold(0.0, f64::max);
-    let scale = field.values.iter().map(|v| v.abs()).fold(0.0, f64::max);
+    let extent = points.iter().flat_map(|p| p[..2].iter().map(|c| c.abs())).fold(0.0, larger);
+    let scale = field.values.iter().map(|v| v.abs()).fold(0.0, larger);
     let mut worst: f64 = 0.0;
     for (i, p) in points.iter().enumerate() {
         let [ux, uy] = u(i);
@@ -125,11 +126,11 @@ fn asymmetry(results: &Results) -> Result<f64, String> {
             let [vx, vy] = u(image.data);
             (ux + vx).hypot(uy - vy)
         });
-        let smallest = difference.fold(f64::INFINITY, f64::min);
+        let smallest = difference.fold(f64::INFINITY, smaller);
         if smallest.is_infinite() {
             return Err(format!("the node at ({}, {}) has no mirror image", p[0], p[1]));
         }
-        worst = worst.max(smallest);
+        worst = larger(worst, smallest);
     }
     Ok(if scale > 0.0 { worst / scale } else { worst })
 }

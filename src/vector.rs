@@ -1,0 +1,96 @@
+//! Small vectors, and maxima that keep what is not a number: a number that is lost in a maximum is a wrong answer that
+//! passes every test made with it.
+
+use nalgebra::{DMatrix, Dyn, SymmetricEigen};
+
+/// The larger of two; not a number if either is not one.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// The smaller of two; not a number if either is not one.
+pub fn smaller(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a < b { a } else { b }
+}
+
+/// The largest value, at least zero; not a number if one of them is not.
+pub fn worst(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(0.0, larger)
+}
+
+/// The largest absolute value; not a number if one of them is not.
+pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    worst(values.into_iter().map(|v| v.abs()))
+}
+
+/// The smallest value, infinite if there is none; not a number if one of them is not.
+pub fn least(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(f64::INFINITY, smaller)
+}
+
+/// value / scale: zero where there is no scale, not a number where the scale is not finite.
+pub fn ratio(value: f64, scale: f64) -> f64 {
+    if scale == 0.0 {
+        0.0
+    } else if scale.is_finite() {
+        value / scale
+    } else {
+        f64::NAN
+    }
+}
+
+/// True if every value is a finite number.
+pub fn all_finite<'a>(values: impl IntoIterator<Item = &'a f64>) -> bool {
+    values.into_iter().all(|v| v.is_finite())
+}
+
+/// Eigenvalues and vectors; `None` of a matrix with entries that are not finite, on which the iteration would not end.
+pub(crate) fn symmetric_eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, Dyn>> {
+    all_finite(matrix.iter()).then(|| SymmetricEigen::new(matrix))
+}
+
+/// a - b
+pub(crate) fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// a . b
+pub(crate) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// |a|
+pub(crate) fn norm(a: &[f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// a / |a|; zero stays zero.
+pub(crate) fn unit(a: &[f64; 3]) -> [f64; 3] {
+    let length = norm(a);
+    if length > 0.0 { a.map(|c| c / length) } else { *a }
+}
+
+/// Sum of w_i v_i.
+pub(crate) fn combine<'a>(terms: impl IntoIterator<Item = (f64, &'a [f64; 3])>) -> [f64; 3] {
+    terms.into_iter().fold([0.0; 3], |s, (w, v)| [s[0] + w * v[0], s[1] + w * v[1], s[2] + w * v[2]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_a_number_is_kept_wherever_it_stands() {
+        // Both signs: inf - inf has the other one.
+        for nan in [f64::NAN, -f64::NAN] {
+            for values in [[nan, 1.0, -2.0], [1.0, nan, -2.0], [1.0, -2.0, nan]] {
+                assert!(worst(values).is_nan() && largest(&values).is_nan() && least(values).is_nan());
+                assert!(!all_finite(&values));
+            }
+        }
+        assert!(!all_finite(&[f64::INFINITY]));
+        assert_eq!(worst([1.0, f64::INFINITY, 2.0]), f64::INFINITY);
+        assert_eq!((worst([-1.0, -2.0]), largest(&[-3.0, 1.0]), least([4.0, -1.0])), (0.0, 3.0, -1.0));
+        assert_eq!((worst([]), least([])), (0.0, f64::INFINITY));
+    }
+}
