@@ -252,6 +252,14 @@ impl Active {
         }
     }
 
+    /// What is said before the first step: a line on each pair, with its candidates and gap, and warnings of overlaps that no
+    /// fit has. The same on all ranks. Collective.
+    pub fn announce(&self, case: &Case, plan: &Plan) -> [Vec<String>; 2] {
+        let own = |of: &dyn Fn(&Contacts) -> Vec<String>| self.contacts.as_ref().map_or_else(Vec::new, of);
+        [own(&|c| c.outlook(case)), own(&|c| c.overlaps(case, plan))]
+            .map(|lines| super::text::gather_lines(&plan.groups.world, &lines))
+    }
+
     /// Runs the driver on the first ranks; the others serve bodies that answer by their solver. Collective.
     fn drive(
         &mut self,
@@ -286,6 +294,7 @@ impl Active {
         super::share_outcome(world, &mut found.reason, [0; 4]);
         found.tolerance = parallel::from_first(world, found.tolerance);
         found.free_modes = super::text::gather_lines(world, &found.free_modes);
+        found.held_modes = super::text::gather_lines(world, &found.held_modes);
         found.diagnosis = super::text::gather_lines(world, &found.diagnosis);
         Ok((found, solution))
     }

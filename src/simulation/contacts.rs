@@ -5,9 +5,9 @@ use super::{
     found::{EndFound, Found},
     rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
 };
-use crate::vector::smaller;
+use crate::vector::{larger, smaller, worst};
 use crate::{
-    body::{BodyRow, Response},
+    body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
     case::{Case, ContactGeometry, Gap, Tolerance},
     contact::{Row, Surface, vector::dot},
     error::{Error, Result},
@@ -57,6 +57,22 @@ pub(super) struct Task<'t, 'e> {
     pub names: &'t dyn Fn(usize, usize) -> String,
 }
 
+/// Overlap over the size of a body from which on it is no fit: the tightest shrink fits of machines have 0.3 % of the
+/// diameter (ISO 286, p to zc), and the strain is about as large.
+const NO_FIT: f64 = 1e-2;
+
+/// `gap from 1e-5 to 2e-5`, `overlap up to 1e-6`, `touching`.
+fn gap_in_words(rows: &[Row]) -> String {
+    let [least, most] =
+        rows.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], row| [smaller(a, row.gap), larger(b, row.gap)]);
+    match rows.is_empty() {
+        true => "no node has a counterpart within the search distance".into(),
+        false if least < 0.0 && most > 0.0 => format!("overlap up to {:.3e}, gap up to {most:.3e}", -least),
+        false if least < 0.0 => format!("overlap {:.3e} to {:.3e}", -most, -least),
+        false => format!("gap {least:.3e} to {most:.3e}"),
+    }
+}
+
 impl Contacts {
     /// Number of nodes of a body of this rank that contact may reach.
     pub fn interface_nodes(&self, place: usize) -> usize {
@@ -75,15 +91,34 @@ impl Contacts {
                 ContactGeometry::Updated => "updated",
             };
             format!(
-                "contact {}: {} rows, multipliers on {}.{}, frictionless, {} transfer, {geometry} geometry",
+                "contact {}: {} candidates, {}; multipliers on {}.{}, frictionless, {} transfer, {geometry} geometry",
                 contact.name,
                 rows.len(),
+                gap_in_words(rows),
                 case.body_name(name.body),
                 name.surface,
                 case.alternation.transfer.name(),
             )
         })
         .collect()
+    }
+
+    /// Overlaps at the start that no fit has, of the pairs whose multipliers are here.
+    pub fn overlaps(&self, case: &Case, plan: &Plan) -> Vec<String> {
+        let ends = ends_with_rows(&self.shares.ends, &self.pairs);
+        let warning = |(end, rows): (&End, &[Row])| {
+            let overlap = worst(rows.iter().map(|row| -row.gap));
+            let size = mesh_extent(&plan.meshes[end.body].points);
+            (overlap > NO_FIT * size).then(|| {
+                format!(
+                    "contact '{}': the surfaces overlap by up to {overlap:.3e} at the start, {:.1} % of the size of the body \
+                     ({size:.3e}): no fit has so much; look at positions, units and gap",
+                    case.contacts[end.pair].name,
+                    100.0 * overlap / size
+                )
+            })
+        };
+        ends.filter_map(warning).collect()
     }
 
     pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
@@ -237,7 +272,7 @@ impl Contacts {
         let mut not_finite = None;
         let outcome = match driver.run(self.warm.as_deref(), progress) {
             Ok(Ok(outcome)) => outcome,
-            Ok(Err(motion)) => return Err(unrestrained(task, &coarse, &motion)),
+            Ok(Err(motion)) => return Err(unrestrained(task, &motion)),
             // The state is that before the answer.
             Err(Error::NotFinite(what)) => {
                 not_finite = Some(what);
@@ -248,7 +283,7 @@ impl Contacts {
         let projector = coarse.projector(exchange, &driver.active);
         let free: Vec<usize> = projector.free_modes(task.n_modes);
         if let (true, Some(motion)) = (outcome.reason.converged(), projector.driven(&coarse.work)) {
-            return Err(unrestrained(task, &coarse, &motion));
+            return Err(unrestrained(task, &motion));
         }
         let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
         let elastic = driver.elastic_approach();
@@ -261,10 +296,11 @@ impl Contacts {
         (found.force_steps, found.displacement_steps) =
             (driver.coupling.steps.force as u64, driver.coupling.steps.displacement as u64);
         for (b, &first) in task.first_mode.iter().enumerate() {
-            let n = task.counts[b];
-            for k in free.iter().filter(|k| (first..first + n).contains(k)) {
-                let body = plan.groups.bodies()[b];
-                found.free_modes.push(format!("{}\t{}", case.bodies[body].name, (task.names)(b, k - first)));
+            let body = &case.bodies[plan.groups.bodies()[b]].name;
+            // Soft modes have a stiffness of their own.
+            for k in (first..first + task.counts[b]).filter(|k| coarse.stiffness[*k] == 0.0) {
+                let line = format!("{body}\t{}", (task.names)(b, k - first));
+                if free.contains(&k) { found.free_modes.push(line) } else { found.held_modes.push(line) }
             }
         }
         if !found.reason.converged() {
@@ -377,27 +413,59 @@ fn ends_with_rows<'s>(
         .filter_map(|end| Some((end, &pairs[end.pair].as_ref()?.rows[..])))
 }
 
-/// The body and the mode on which the loads do most of the work in a motion that nothing stops. Collective on the roots.
-fn unrestrained(task: &Task, coarse: &Coarse, motion: &[f64]) -> Error {
-    let share = |k: usize| (motion[k] * coarse.work[k]).abs();
-    let worst = (0..motion.len()).fold(0, |best, k| if share(k) > share(best) { k } else { best });
-    let own = task.first_mode.iter().enumerate().find(|(b, first)| {
-        let first = **first;
-        (first..first + task.counts[*b]).contains(&worst)
-    });
-    let named = match own {
-        // Another rank has the body.
-        None => Ok(()),
-        Some((b, first)) => {
-            let body = &task.step.case.bodies[task.step.plan.groups.bodies()[b]];
-            Err(Error::Unrestrained(format!(
-                "{}: body '{}' is not held against its loads: {}: neither supports nor contact stop this motion; add a \
-                 [[body.support]] that does, or check the direction of the load and the contact pairs",
-                body.origin,
-                body.name,
-                (task.names)(b, worst - first)
-            )))
-        }
+/// The bodies that move together where nothing stops them, and their motion. Collective on the roots.
+fn unrestrained(task: &Task, motion: &[f64]) -> Error {
+    let Step { case, exchange, .. } = task.step;
+    let modes = exchange.agree(own_modes(task));
+    let modes = match modes {
+        Ok(own) => exchange.sum(&own),
+        Err(error) => return error,
     };
-    task.step.exchange.agree(named).err().unwrap_or_else(|| Error::internal("no body owns the free motion"))
+    let all: Vec<(usize, RigidMode, f64)> = std::iter::zip(modes.chunks_exact(MODE), motion)
+        .filter(|(mode, _)| mode[0] > 0.0)
+        .map(|(mode, amplitude)| (mode[0] as usize - 1, rigid_mode(mode), *amplitude))
+        .collect();
+    let all: Vec<(usize, &RigidMode, f64)> = all.iter().map(|(body, mode, a)| (*body, mode, *a)).collect();
+    let names: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
+    let (bodies, how) = name_motion(&names, &all);
+    let Some(&first) = bodies.first() else { return Error::internal("no body owns the free motion") };
+    let own: Vec<&str> = bodies.iter().map(|&b| names[b]).collect();
+    let (are, which, place) = match own.len() {
+        1 => ("is", "its loads: ", "it"),
+        _ => ("are", "the loads and move together: ", "one of them"),
+    };
+    Error::Unrestrained(format!(
+        "{}: {} {are} not held against {which}{how}: neither supports nor contact stop this motion; add a \
+         [[body.support]] to {place} that does, or check the direction of the load and the contact pairs",
+        case.bodies[first].origin,
+        name_bodies(&own)
+    ))
+}
+
+/// Numbers of a mode: 1 + its body (0: no rigid mode), its piece, translation, rotation, centre.
+const MODE: usize = 7;
+
+/// The rigid modes of this rank's bodies, among those of all.
+fn own_modes(task: &Task) -> Result<Vec<f64>> {
+    let Step { case, plan, .. } = task.step;
+    let mut numbers = vec![0.0; MODE * task.n_modes];
+    for (i, (&b, mesh)) in std::iter::zip(plan.groups.bodies(), &plan.meshes).enumerate() {
+        let free = FreeModes::new(mesh, &Constraints::new(&case.bodies[b], mesh)?);
+        for (k, mode) in free.modes.iter().enumerate().take(task.counts[i]) {
+            let [t, c] = [&mode.translation, &mode.center];
+            let values = [1.0 + b as f64, f64::from(mode.piece), t[0], t[1], mode.rotation, c[0], c[1]];
+            numbers[MODE * (task.first_mode[i] + k)..][..MODE].copy_from_slice(&values);
+        }
+    }
+    Ok(numbers)
+}
+
+fn rigid_mode(numbers: &[f64]) -> RigidMode {
+    RigidMode {
+        name: String::new(),
+        piece: numbers[1] as u32,
+        translation: [numbers[2], numbers[3], 0.0],
+        rotation: numbers[4],
+        center: [numbers[5], numbers[6], 0.0],
+    }
 }

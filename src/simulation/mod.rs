@@ -126,6 +126,7 @@ struct Run {
     history: Vec<HistoryRow>,
     steps: Vec<StepSummary>,
     free_modes: Vec<String>,
+    held_modes: Vec<String>,
     checks: record::Checks,
     counts: [u64; 4],
     warnings: Vec<String>,
@@ -147,6 +148,7 @@ impl Default for Run {
             history: Vec::new(),
             steps: Vec::new(),
             free_modes: Vec::new(),
+            held_modes: Vec::new(),
             checks: checks::none(),
             counts: [0; 4],
             warnings: Vec::new(),
@@ -219,6 +221,7 @@ impl Run {
         self.steps.push(StepSummary::new(&summary, pairs, probes, error_estimate));
         self.estimate = estimate;
         (self.piece, self.pairs, self.free_modes) = (piece, tables, found.free_modes);
+        self.held_modes = found.held_modes;
         self.history.append(&mut found.history);
         self.warnings.append(&mut found.warnings);
         self.diagnosis.append(&mut found.diagnosis);
@@ -280,17 +283,17 @@ impl Run {
         ];
         let s = parallel::max(world, &seconds);
         let last = self.steps.last();
-        let mut free_modes: Vec<(&str, &str)> =
-            self.free_modes.iter().filter_map(|line| line.split_once('\t')).collect();
-        free_modes.sort_by_key(|(body, _)| case.bodies.iter().position(|b| b.name == *body));
         let mut bodies = body_summaries(case, plan, engine, world);
         std::iter::zip(&mut bodies, &self.estimate.body_energy)
             .for_each(|(b, e)| b.error_estimate = Some(*e));
+        std::iter::zip(&mut bodies, &self.estimate.strain_energy)
+            .for_each(|(b, e)| b.strain_energy = Some(*e));
         let summary = Summary {
             schema: Summary::SCHEMA,
             kontakt: env!("CARGO_PKG_VERSION").into(),
             case: case.name.clone(),
             variant: case.variant.clone(),
+            input: format!("{:016x}", case.fingerprint),
             converged: info.converged(),
             reason: info.reason,
             driver: match engine {
@@ -312,10 +315,8 @@ impl Run {
             ranks: world.size() as usize,
             bodies,
             error_estimate: record::ErrorEstimate::from(&self.estimate),
-            free_modes: free_modes
-                .into_iter()
-                .map(|(body, mode)| record::FreeMode { body: body.into(), mode: mode.into() })
-                .collect(),
+            free_modes: modes_of(case, &self.free_modes),
+            held_modes: modes_of(case, &self.held_modes),
             pairs: last.map_or_else(Vec::new, |s| s.pairs.clone()),
             probes: last.map_or_else(Vec::new, |s| s.probes.clone()),
             steps: (!case.steps.is_empty()).then(|| self.steps.clone()),
@@ -348,6 +349,13 @@ fn multiplier_sides<'a>(plan: &'a Plan, found: &'a Found) -> Vec<MultiplierSide<
         Some(MultiplierSide { pair, side, surface, table: &end.table })
     };
     ends.filter_map(side).collect()
+}
+
+/// "body\tmode" lines as modes, by the order of the bodies.
+fn modes_of(case: &Case, lines: &[String]) -> Vec<record::FreeMode> {
+    let mut modes: Vec<(&str, &str)> = lines.iter().filter_map(|line| line.split_once('\t')).collect();
+    modes.sort_by_key(|(body, _)| case.bodies.iter().position(|b| b.name == *body));
+    modes.into_iter().map(|(body, mode)| record::FreeMode { body: body.into(), mode: mode.into() }).collect()
 }
 
 /// What the groups sent each other. Every rank of a reduction has counted it. Collective.
@@ -414,6 +422,7 @@ fn body_summaries(
             interface_dofs: counts[3] as u64,
             solves: counts[4] as u64,
             error_estimate: None,
+            strain_energy: None,
         })
         .collect()
 }

@@ -6,6 +6,7 @@ use crate::{
     estimate::Estimate,
     output::{self, ResultFile},
     parallel::agree,
+    plain_text,
     record::{HistoryRow, Summary},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -29,6 +30,11 @@ impl Solved {
         let (plan, mut engine) = Engine::new(case, world)?;
         warn_of_unused_options(case, &plan.groups)?;
         let mut run = Run::default();
+        if let Engine::Active(active) = &engine {
+            let [lines, warnings] = active.announce(case, &plan);
+            lines.iter().filter(|_| world.rank() == 0).for_each(|line| eprintln!("{}", plain_text(line)));
+            run.warnings = warnings;
+        }
         run.all_steps(case, &plan, &mut engine, progress)?;
         Ok(Solved { engine, run, plan })
     }
