@@ -159,6 +159,7 @@ impl Folder {
     fn failed(&self, error: &Error) -> String {
         let reason = match error.exit_code() {
             2 => "refused",
+            3 => "not_finite",
             4 => "unrestrained",
             _ => "failed",
         };

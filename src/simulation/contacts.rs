@@ -63,8 +63,9 @@ const NO_FIT: f64 = 1e-2;
 
 /// `gap from 1e-5 to 2e-5`, `overlap up to 1e-6`, `touching`.
 fn gap_in_words(rows: &[Row]) -> String {
-    let [least, most] =
-        rows.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], row| [smaller(a, row.gap), larger(b, row.gap)]);
+    let [least, most] = rows
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], row| [smaller(a, row.gap), larger(b, row.gap)]);
     match rows.is_empty() {
         true => "no node has a counterpart within the search distance".into(),
         false if least < 0.0 && most > 0.0 => format!("overlap up to {:.3e}, gap up to {most:.3e}", -least),

@@ -82,8 +82,11 @@ fn agreed(best: &Sequence, sequences: &[Sequence]) -> (Limit, Option<(usize, f64
         let finest = distance(&other.finest, &best.limit.values);
         let away = distance(&other.limit.values, &best.limit.values);
         let uncovered = smaller(finest, away) - other.limit.uncertainty;
-        let claim =
-            if other.error_of_finest() <= AS_GOOD * best_of_all { larger(finest, uncovered) } else { uncovered };
+        let claim = if other.error_of_finest() <= AS_GOOD * best_of_all {
+            larger(finest, uncovered)
+        } else {
+            uncovered
+        };
         uncertainty = larger(uncertainty, claim);
         let contradicts = away > best.limit.uncertainty + other.limit.uncertainty;
         if contradicts && conflict.is_none_or(|(_, most)| away > most) {

@@ -91,7 +91,8 @@ impl Body<'_> {
         let tags = cells.iter().flat_map(|cell| &cell.nodes);
         let points = || tags.clone().filter_map(|tag| self.raw.nodes.get(tag));
         let range = |d: usize| {
-            points().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], p| [smaller(lo, p[d]), larger(hi, p[d])])
+            points()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], p| [smaller(lo, p[d]), larger(hi, p[d])])
         };
         if points().next().is_none() {
             return Ok(());
