@@ -151,6 +151,7 @@ pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
         let mut faults = outcome_faults(&found, run);
         if faults.is_empty() && found.code == Some(0) {
             ratios.extend(compare::invariants(&found.summary, run.round_off));
+            faults.extend(too_many_alternations(&found, run));
             match &first {
                 None => faults.extend(numbers(&found, item, &mut ratios)),
                 Some(one) => ratios.extend(compare::ranks(&one.summary, &found.summary, run)),
@@ -169,6 +170,7 @@ pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
     {
         let found = start(directory, variant, 1, &swapped(directory, variant));
         let faults = outcome_faults(&found, run);
+        row.faults.extend(too_many_alternations(&found, run));
         if faults.is_empty() {
             ratios.extend(compare::swap(&one.summary, &found.summary, tolerance));
         }
@@ -231,14 +233,19 @@ fn outcome_faults(found: &Outcome, run: &Run) -> Vec<String> {
     faults
 }
 
+/// More alternations a load step than the run allows.
+fn too_many_alternations(found: &Outcome, run: &Run) -> Option<String> {
+    let of_steps = found.summary["steps"].as_array().map_or(Vec::new(), Vec::clone);
+    let of_steps = if of_steps.is_empty() { vec![found.summary.clone()] } else { of_steps };
+    let most = of_steps.iter().filter_map(|step| step["alternations"].as_u64()).max();
+    let most = most.filter(|most| *most > run.alternations_max)?;
+    Some(format!("{most} alternations, more than {}", run.alternations_max))
+}
+
 /// The numbers expected of the item.
 fn numbers(found: &Outcome, item: &Item, ratios: &mut Vec<Ratio>) -> Vec<String> {
     let run = &item.run;
     let mut faults = compare::values(&found.summary, &run.values);
-    let alternations = found.summary["alternations"].as_u64().unwrap_or(u64::MAX);
-    if let Some(most) = run.alternations_max.filter(|most| alternations > *most) {
-        faults.push(format!("{alternations} alternations, more than {most}"));
-    }
     faults.extend(results::check(found.directory.path(), &found.summary, run, ratios));
     for same in &run.same {
         let other = same.case.as_ref().map_or(item.directory.clone(), |case| root().join(case));
