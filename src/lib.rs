@@ -16,6 +16,7 @@ pub mod record;
 pub mod scene;
 pub mod schwarz;
 pub mod simulation;
+pub mod step;
 pub mod study;
 pub mod vector;
 
