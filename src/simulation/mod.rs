@@ -7,6 +7,7 @@ mod measure;
 mod outline;
 mod outlook;
 mod pairs;
+mod plausible;
 mod report;
 mod results;
 mod solved;

@@ -1,10 +1,11 @@
 //! What the accepted steps of a run have given.
 use super::{
-    checks::{self, checks, total, worst},
+    checks::{self, OfBodies, checks, total, worse},
     evidence::Evidence,
     fields::{append, probe, start_fields},
     outline::outlines,
     pairs::pair_results,
+    plausible::{Motion, Motions},
 };
 use crate::{
     body::{Body, LoadFactors},
@@ -158,7 +159,7 @@ impl Run {
         }
         self.reason = reason;
         self.tolerance = smaller(self.tolerance, found.tolerance);
-        self.checks = worst(self.checks, measured.checks);
+        self.checks = worse(self.checks, measured.checks);
         self.steps.push(measured.summary);
         self.last = measured.last;
         self.history.append(&mut found.history);
@@ -232,13 +233,15 @@ fn measure(
     let heated = case.bodies.iter().any(|b| b.temperature.is_some());
     start_fields(&mut piece, heated);
     let (mut balances, mut recovered, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+    let mut motions = Vec::new();
     let ends = std::iter::zip(&state.bodies, contact);
-    let finished = std::iter::zip(bodies, ends).try_for_each(|(body, (end, contact))| {
+    let finished = std::iter::zip(bodies, ends).enumerate().try_for_each(|(i, (body, (end, contact)))| {
         let u = body.with_ghosts(&groups.group, &end.displacement)?;
         let (fields, balance) = agree(&groups.group, body.recover(&u, contact))?;
         let error = BodyError::new(body, end.body, &groups.group, &u, &fields)?;
         append(&mut piece, body, &fields, &error, end.body, heated);
         errors.push(error);
+        motions.push(Motion::of_part(body, &fields, plan.meshes[i].points[0]));
         balances.push(total(&groups.group, &balance));
         recovered.push(fields);
         Ok(())
@@ -249,8 +252,23 @@ fn measure(
     let (mut pairs, tables) = pair_results(case, found, world, &mut warnings);
     let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, found));
     std::iter::zip(&mut pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
-    let checks = checks(&balances, &pairs, &found.ends, world);
-    Evidence { checks: &checks, pairs: &pairs, piece: &piece }.decide(found, world);
+    let n = case.bodies.len();
+    let of_bodies = OfBodies::new(&balances, groups.bodies(), n, world);
+    let motions = Motions::gather(&motions, groups.bodies(), n, world);
+    let checks = checks(&of_bodies, &pairs, &found.ends, world);
+    let evidence = Evidence {
+        case,
+        checks: &checks,
+        bodies: &of_bodies,
+        motions: &motions,
+        pairs: &pairs,
+        piece: &piece,
+    };
+    evidence.decide(found, world);
+    warnings.extend(motions.warnings(case));
+    // Large strains have another cause than the geometry of the contact.
+    let turned = std::mem::take(&mut found.turned);
+    warnings.extend(turned.into_iter().filter(|_| !motions.has_large_strain()));
     let counts = Counts::of(world, found);
     let summary = LoadStep {
         name: name.map(str::to_owned),
@@ -261,7 +279,8 @@ fn measure(
         alternations: counts.alternations,
         updates: counts.updates,
     };
-    let summary = StepSummary::new(&summary, pairs, probes, record::ErrorEstimate::from(&estimate));
+    let summary =
+        StepSummary::new(&summary, found.tolerance, pairs, probes, record::ErrorEstimate::from(&estimate));
     let free_modes = std::mem::take(&mut found.free_modes);
     Ok(Measured {
         last: Last { piece, pairs: tables, free_modes, estimate },

@@ -203,6 +203,7 @@ impl Active {
             }
         }
         self.look_beyond(scene, target, &end, &mut found);
+        found.turned = gather_lines(&plan.groups.world, &found.turned);
         found.warnings = gather_lines(&plan.groups.world, &found.warnings);
         found.refuse_penetration(&plan.groups.world);
         self.clock.step += start.elapsed().as_secs_f64();
@@ -320,7 +321,7 @@ impl Active {
                 });
                 let turned = turned.fold(0.0, larger);
                 if turned > TURNED {
-                    found.warnings.push(format!(
+                    found.turned.push(format!(
                         "contact '{}': the surface turns by up to {:.1} degrees where it touches, which normals and gaps of the \
                          initial geometry do not follow: use geometry = \"updated\"",
                         case.contacts[end.pair].name,

@@ -302,10 +302,9 @@ impl Contacts {
         found.free_modes = free_modes(task, projector);
         if !found.reason.converged() {
             found.diagnosis = self.diagnose(task, &driver.flipped);
-            // All first ranks have agreed on it.
-            found.diagnosis.extend(not_finite.filter(|_| plan.groups.own == 0));
         }
         found.tolerance = driver.limits.tolerance;
+        found.round_off = driver.round_off;
         if let (Some(residual), Tolerance::Fixed(_), 0) =
             (driver.round_off, case.alternation.tolerance, plan.groups.own)
         {
