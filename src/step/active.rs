@@ -14,7 +14,7 @@ use crate::{
     body::{Body, Response, ResponseKind},
     case::{BodyRef, Case, ContactGeometry, ResponseCase},
     contact::{
-        Row,
+        Gap, Row, Surface, deepest_node,
         vector::{combine, dot},
     },
     error::{Error, Result},
@@ -286,6 +286,9 @@ impl Active {
             moved.push(u);
         }
         let Some(contacts) = &self.contacts else { return };
+        if found.reason == Reason::Open {
+            nodes_inside(scene, target, &moved, found);
+        }
         let outward = |i: usize, row: &Row, side: usize| -> f64 {
             row.terms[side].iter().map(|(node, v)| dot(v, &moved[i][*node as usize])).sum()
         };
@@ -524,5 +527,27 @@ impl Place {
         }
         let largest = parallel::max(&plan.groups.world, &largest);
         if largest[1] > 0.0 { largest[0] / largest[1] } else { 0.0 }
+    }
+}
+
+/// Nothing is open while a node of either surface lies inside the other body, whatever the mean gaps say. Collective on the
+/// roots.
+fn nodes_inside(scene: &Scene, target: Target, moved: &[Vec<[f64; 3]>], found: &mut Found) {
+    let (Scene { case, plan, exchange }, factors) = (*scene, target.factors);
+    let deformed: Vec<Surface> = std::iter::zip(&plan.surfaces, moved).map(|(s, u)| s.moved(u)).collect();
+    let surfaces = super::rows::both_surfaces(case, plan, exchange, &deformed);
+    for end in &mut found.ends {
+        let at = plan.ends.iter().position(|e| (e.0, e.1) == (end.pair, end.side));
+        let (Some(i), Gap::Geometry { offset }) = (at, &case.contacts[end.pair].gap) else { continue };
+        let [own, other] = &surfaces[i];
+        let depth = match super::rows::rigid_motion(case, end.pair, 1 - end.side) {
+            None => deepest_node(own, other, *offset),
+            Some(motion) => {
+                let u = motion.map(|m| factors.supports * m);
+                let other = other.moved(&vec![u; other.nodes.len()]);
+                larger(deepest_node(own, &other, *offset), deepest_node(&other, own, *offset))
+            }
+        };
+        end.beyond = larger(end.beyond, depth);
     }
 }

@@ -7,6 +7,7 @@ use super::{
     state::{NodeState, PairState, State, Status},
     task::{Scene, Solution, Task},
 };
+use crate::vector::larger;
 use crate::vector::smaller;
 use crate::{
     body::{BodyRow, Response},
@@ -21,6 +22,9 @@ use crate::{
 };
 use nalgebra::DMatrix;
 use std::collections::HashMap;
+
+/// Sagittas in doubt beyond this share of what the contact forces move the surfaces by change the pressure by as much.
+const UNCLEAR: f64 = 0.01;
 
 /// Pairs and rows as the first rank of a group holds them.
 pub(crate) struct Contacts {
@@ -331,6 +335,7 @@ impl Contacts {
         };
         let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
         let elastic = driver.elastic_approach();
+        found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
         for (i, end) in self.shares.ends.iter().enumerate() {
             let values = if end.multiplier { &out[i] } else { &received[i] };
             solution.force[end.body][end.rows.clone()].copy_from_slice(values);
@@ -355,6 +360,30 @@ impl Contacts {
             solution.pairs.push(PairState { pair: end.pair, side, nodes });
         }
         (found, solution)
+    }
+
+    /// A warning for each pair whose gaps depend on what the nodes of a mesh do not tell: curve or polygon. `elastic`: what
+    /// the contact forces change of each gap, m.
+    fn unclear_curves(&self, task: &Task, gaps: &[f64], elastic: &[f64], active: &[bool]) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let mut next = 0;
+        for end in self.shares.ends.iter().filter(|end| end.multiplier) {
+            let Some(pair) = &self.pairs[end.pair] else { continue };
+            let first = next;
+            next += pair.rows.len();
+            let near = (0..pair.rows.len()).filter(|j| active[first + j] || gaps[first + j] < pair.doubt[*j]);
+            let doubt = near.map(|j| pair.doubt[j]).fold(0.0, larger);
+            let elastic = elastic[first..next].iter().copied().fold(0.0, larger);
+            if doubt > UNCLEAR * elastic {
+                warnings.push(format!(
+                    "contact '{}': the nodes of a mesh from a file do not tell whether its sides are those of a polygon, which they \
+                     are taken for, or of a coarse curve, which would lie {doubt:.1e} m from them; the contact forces move \
+                     the surfaces by {elastic:.1e} m: use a finer mesh or quadratic cells",
+                    task.scene.case.contacts[end.pair].name
+                ));
+            }
+        }
+        warnings
     }
 
     /// What a user can do about a failure: the nodes that do not settle, pair by pair.

@@ -4,6 +4,7 @@ mod active;
 mod contacts;
 mod engine;
 mod found;
+mod length;
 mod march;
 mod neutral;
 mod relaxed;
