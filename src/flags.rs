@@ -62,7 +62,10 @@ pub struct StudyArgs {
     /// Numbers of ranks: 1,2,4.
     #[arg(long, value_name = "LIST", help_heading = "What is varied (before the case's [study])")]
     ranks: Option<String>,
-    /// Repetitions of each run, for the median of its time.
+    /// Allow more ranks than this machine has cores.
+    #[arg(long)]
+    oversubscribe: bool,
+    /// Repetitions of each run; the least of their times counts.
     #[arg(long, value_name = "N")]
     repeat: Option<String>,
     /// What accuracy is judged by: PAIR.peak_pressure, PAIR.force, PROBE.displacement ...
@@ -110,6 +113,7 @@ impl StudyArgs {
             out: self.out,
             page: self.page,
             fresh: self.fresh,
+            oversubscribe: self.oversubscribe,
             command: command(),
         }
     }

@@ -12,12 +12,15 @@ pub mod mesh;
 pub mod output;
 pub mod parallel;
 pub mod petsc;
+mod plain_text;
 pub mod record;
 pub mod scene;
 pub mod schwarz;
 pub mod simulation;
+mod stable_hash;
 pub mod step;
 pub mod study;
 pub mod vector;
 
 pub use error::{Error, Result};
+pub use plain_text::plain_text;

@@ -6,8 +6,9 @@ use kontakt::{
     Error, Result,
     body::options_prefix,
     case::{self, Case},
+    output,
     parallel::{self, agree},
-    petsc,
+    petsc, plain_text,
     record::{AdaptRound, HistoryRow, Summary},
     scene, simulation, study,
 };
@@ -97,6 +98,7 @@ fn main() {
         Command::Study(arguments) => std::process::exit(run_study(arguments, petsc_options)),
         command => command,
     };
+    parallel::end_with_parent();
     let Some(universe) = parallel::initialize() else {
         eprintln!("kontakt: MPI is already initialised");
         std::process::exit(1);
@@ -111,7 +113,7 @@ fn main() {
         Ok(code) => code,
         Err(error) => {
             if world.rank() == 0 {
-                eprintln!("kontakt: error: {error}");
+                report(&error);
             }
             error.exit_code()
         }
@@ -164,10 +166,15 @@ fn run_study(arguments: Box<flags::StudyArgs>, petsc_options: Vec<String>) -> i3
     study::study(&arguments.request(petsc_options)).unwrap_or_else(|error| {
         // All ranks of a study that mpirun has started come here.
         if std::env::var("OMPI_COMM_WORLD_RANK").map_or(true, |rank| rank == "0") {
-            eprintln!("kontakt: error: {error}");
+            report(&error);
         }
         error.exit_code()
     })
+}
+
+/// What is wrong, on the terminal.
+fn report(error: &Error) {
+    eprintln!("kontakt: error: {}", plain_text(&error.to_string()));
 }
 
 /// Options that look like a body's but name none.
@@ -191,20 +198,22 @@ fn run(case: &Case, out: Option<PathBuf>, adapt: &AdaptArgs, world: &SimpleCommu
     let directory = out.unwrap_or(default);
     let terminal = std::io::stderr().is_terminal();
     let progress = |row: &HistoryRow| print_row(row, terminal);
+    let folder = output::Folder::open(world, &directory, case)?;
     let summary = match adapt.adapt {
-        None => simulation::run(case, world, &directory, progress)?,
+        None => simulation::run(case, world, &directory, progress),
         Some(goal) => {
             let default = simulation::Limits::default();
             let limits = simulation::Limits {
                 rounds: adapt.adapt_rounds.map_or(default.rounds, |n| n as usize),
                 dofs: adapt.adapt_dofs.map_or(default.dofs, |n| n as usize),
             };
-            simulation::run_adaptive(case, goal, limits, world, &directory, progress, print_round)?
+            simulation::run_adaptive(case, goal, limits, world, &directory, progress, print_round)
         }
     };
+    let summary = folder.close(world, summary)?;
     if world.rank() == 0 {
         for warning in &summary.warnings {
-            eprintln!("warning: {warning}");
+            eprintln!("warning: {}", plain_text(warning));
         }
         for pair in &summary.pairs {
             println!(
@@ -227,11 +236,18 @@ fn run(case: &Case, out: Option<PathBuf>, adapt: &AdaptArgs, world: &SimpleCommu
             summary.seconds.total
         );
         println!("{}", accuracy(&summary));
+        for mode in &summary.free_modes {
+            println!(
+                "free motion: body {}: {}; nothing holds it and no load drives it: it stays at zero",
+                mode.body,
+                plain_text(&mode.mode)
+            );
+        }
         if !summary.converged {
             println!("{}", summary.reason.advice(summary.driver));
         }
         for line in &summary.diagnosis {
-            println!("{line}");
+            println!("{}", plain_text(line));
         }
         println!("results in {} (picture: {})", directory.display(), directory.join("bodies.png").display());
     }
@@ -292,8 +308,8 @@ fn check(case: &Case, world: &SimpleCommunicator) -> Result<i32> {
             case::Analysis::PlaneStress { .. } => "plane stress",
             case::Analysis::PlaneStrain { .. } => "plane strain",
         };
-        println!("{}: {analysis}, thickness {}", case.title, case.analysis.thickness());
-        lines.iter().for_each(|line| println!("{line}"));
+        println!("{}: {analysis}, thickness {}", plain_text(&case.title), case.analysis.thickness());
+        lines.iter().for_each(|line| println!("{}", plain_text(line)));
         for rigid in &case.rigid {
             println!("body {}: rigid, no unknowns", rigid.name);
         }

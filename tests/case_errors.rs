@@ -940,6 +940,107 @@ fn a_swapped_case_names_the_same_things() {
 }
 
 /// Every character of the good case, replaced or left out: an answer or a message, never a panic, never "internal".
+/// A case may come from anybody: what writes files is refused by name, whatever it hides in.
+#[test]
+fn options_that_act_are_refused() {
+    let with = |options: &str| {
+        let text = GOOD.replacen("name = \"upper\"", &format!("name = \"upper\"\nsolver = {options}"), 1);
+        read_text(&text, None, &[])
+    };
+    let case = with("\"-ksp_type cg -pc_type gamg -ksp_rtol 1e-10\"").unwrap();
+    assert_eq!(case.bodies[1].solver.as_deref(), Some("-ksp_type cg -pc_type gamg -ksp_rtol 1e-10"));
+    for (options, named) in [
+        ("\"-ksp_view ascii:/tmp/x\"", "-ksp_view"),
+        ("\"-ksp_type cg -ksp_view_mat binary:x\"", "-ksp_view_mat"),
+        ("\"-ksp_monitor :x\"", "-ksp_monitor"),
+        ("\"-ksp_type cg\\t-options_file x\"", "-options_file"),
+        ("\"\"\"-pc_type gamg\n-log_view :x\"\"\"", "-log_view"),
+        ("\"\"", "PETSc options begin with '-'"),
+        ("\"cg\"", "'cg' belongs to no option"),
+    ] {
+        let error = with(options).unwrap_err();
+        assert!(
+            error.starts_with("f.toml:21: body.upper.solver: ") && error.contains(named),
+            "{options}: {error}"
+        );
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    let set = "body.upper.solver=-mat_view binary:x";
+    assert!(read_text(GOOD, None, &[set]).unwrap_err().contains("-mat_view"));
+    let study = format!("{GOOD}[study]\nsolvers = [\"-ksp_type cg\", \"-pc_view :x\"]\n");
+    assert!(read_text(&study, None, &[]).unwrap_err().contains("study.solvers.1"));
+}
+
+/// What would act on a terminal or break a picture is refused, and shown as text where it is quoted.
+#[test]
+fn texts_are_plain_and_not_too_long() {
+    let long = "x".repeat(100_000);
+    for (line, expected) in [
+        (
+            "title = \"a\\u001b[2J\"".to_string(),
+            "title: \"a\\u001B[2J\" was given; control characters (here \\u{1b})",
+        ),
+        ("title = \"a\\u202Eb\"".into(), "control characters (here \\u{202e}) are not allowed"),
+        ("title = \"a\\nb\"".into(), "on one line"),
+        (format!("title = \"{long}\""), "it is longer than 10000 bytes"),
+        (format!("title = \"{}\"", "ä".repeat(201)), "at most 200 characters"),
+        (format!("\"{long}\" = 1"), "unknown key"),
+        (format!("units = \"{long}\""), "units: "),
+    ] {
+        let error = read_text(&format!("{line}\n{GOOD}"), None, &[]).unwrap_err();
+        assert!(error.starts_with("f.toml:1: ") && error.contains(expected), "{error}");
+        assert!(error.len() < 2_000 && error.lines().count() == 1, "{} bytes", error.len());
+    }
+    check(&[
+        ("name = \"A\"", "name = \"A\\u0007\"", "control characters (here \\u{7})"),
+        ("surface = \"bottom\"", "surface = \"bot\\u001btom\"", "control characters"),
+        ("\"lower.top\"]", "\"lower.to\\u0000p\"]", "control characters"),
+    ]);
+    let name = GOOD.replace("\"main\"", &format!("\"{}\"", "m".repeat(101)));
+    assert!(read_text(&name, None, &[]).unwrap_err().contains("at most 100 characters"));
+    assert!(read_text(&format!("title = \"Prüfling <1> & 接触\"\n{GOOD}"), None, &[]).is_ok());
+}
+
+/// Whatever is too large is refused with its number.
+#[test]
+fn a_million_cells_are_read_and_more_are_refused() {
+    let cells = |n: &str| read_text(&GOOD.replacen("cells = 4 }", &format!("cells = {n} }}"), 1), None, &[]);
+    assert!(cells("1000000").is_ok());
+    assert!(cells("1000001").unwrap_err().contains("an integer from 1 to 1000000 is needed"));
+    for shape in [
+        "ring = { radius = { from = 1, to = 2, cells = 1 }, angle = { from = 0, to = 90, cells = 1000000 } }",
+        "disc = { radius = 1, quarter = 1000000, depth = { to = 0.5, cells = 1 } }",
+    ] {
+        let text = format!("{}\nmesh.refine = 1\nmesh.{shape}\n", body_without_mesh());
+        let error = read_text(&text, None, &[]).unwrap_err();
+        assert!(error.contains("refine") && error.contains("this makes 2000000 cells"), "{error}");
+        assert!(read_text(&text.replace("mesh.refine = 1\n", ""), None, &[]).is_ok());
+    }
+}
+
+fn body_without_mesh() -> &'static str {
+    "analysis = \"plane stress\"\n[[body]]\nname = \"b\"\nmaterial = { young = 1, poisson = 0 }"
+}
+
+/// Work that grows with the square of the length would take minutes here, and fail the limit of every test run.
+#[test]
+fn a_table_of_two_hundred_thousand_rows_is_read_at_once() {
+    let column = |of: fn(usize) -> usize| {
+        let cells: Vec<String> = (0..200_000).map(|i| of(i).to_string()).collect();
+        format!("[\n{}\n]", cells.join(",\n"))
+    };
+    let table =
+        format!("young = {{ temperature = {}, value = {} }}", column(|i| 1 + i), column(|i| 1000 + i));
+    let lines = table.lines().count();
+    let case = read_text(&GOOD.replace("young = \"200 GPa\"", &table), None, &["body.upper.temperature=300"]);
+    let Property::Table(rows) = &case.unwrap().bodies[0].material.young else { panic!("a table") };
+    assert_eq!((rows.len(), rows[199_999]), (200_000, (200_000.0, 200_999.0)));
+    // Places are still right behind it.
+    let wrong = GOOD.replace("young = \"200 GPa\"", &table).replace("poisson = 0.3", "poisson = 0.7");
+    let error = read_text(&wrong, None, &["body.upper.temperature=300"]).unwrap_err();
+    assert!(error.starts_with(&format!("f.toml:{}: ", 4 + lines)), "{error}");
+}
+
 #[test]
 fn no_slip_of_the_pen_is_a_panic() {
     let directory = tempfile::tempdir().unwrap();

@@ -25,12 +25,34 @@ fn a_body_that_nothing_holds_is_refused_with_its_motion() {
         assert_eq!(output.status.code(), Some(4), "{text}");
         assert!(text.contains("body 'upper'") && text.contains("translation y"), "{text}");
         assert_eq!(text.matches("error:").count(), 1, "one message: {text}");
-        assert!(!out.path().join("summary.json").exists());
+        let summary = summary(out.path());
+        assert_eq!((&summary["converged"], &summary["reason"]), (&false.into(), &"unrestrained".into()));
+        assert_eq!(summary["exit_code"], 4);
+        assert!(summary["error"].as_str().unwrap().contains("translation y"), "{summary}");
     }
 }
 
+/// Two blocks on each other, the lower one without a support against the load: both go.
 #[test]
-fn wrong_input_leaves_old_results_alone() {
+fn bodies_that_move_together_are_named_together() {
+    let no_floor = "body.lower.support=[{ point=[0, 0], x=0 }]";
+    let free = "body.upper.support=[{ point=[0, 0.05], x=0 }]";
+    let press = "body.upper.load=[{ surface=\"top\", pressure=1e6 }]";
+    for ranks in [1, 2] {
+        let out = tempfile::tempdir().unwrap();
+        let output =
+            run(ranks, &case("patch"), out.path(), &["--set", no_floor, "--set", free, "--set", press]);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(4), "{text}");
+        let told =
+            "bodies 'lower' and 'upper' are not held against the loads and move together: translation y";
+        assert!(text.contains(told) && text.matches("error:").count() == 1, "{text}");
+    }
+}
+
+/// What is refused before it starts leaves the results alone; from there on the old verdict is gone.
+#[test]
+fn no_verdict_outlives_its_run() {
     let out = tempfile::tempdir().unwrap();
     assert_eq!(run(2, &case("patch"), out.path(), &[]).status.code(), Some(0));
     let before = summary(out.path());
@@ -40,6 +62,70 @@ fn wrong_input_leaves_old_results_alone() {
         assert!(stderr(&output).contains("--set"), "{}", stderr(&output));
     }
     assert_eq!(before, summary(out.path()));
+    // Only the mesh tells that this is wrong.
+    let infinite = "body.upper.support.0.y=\"1/(x - 0.04)\"";
+    let free = "body.upper.support=[{point=[0, 0.05], x=0}]";
+    let pull = "body.upper.load=[{surface=\"top\", pressure=-1e6}]";
+    for (ranks, sets, code, reason) in [
+        (1, &[infinite][..], 2, "refused"),
+        (2, &[infinite], 2, "refused"),
+        (2, &[free, pull], 4, "unrestrained"),
+    ] {
+        assert_eq!(run(1, &case("patch"), out.path(), &[]).status.code(), Some(0));
+        let arguments: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let output = run(ranks, &case("patch"), out.path(), &arguments);
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        let summary = summary(out.path());
+        assert_eq!((&summary["converged"], &summary["reason"]), (&false.into(), &reason.into()));
+        assert!(stderr(&output).contains("had the results of another input"), "{}", stderr(&output));
+        assert!(stderr(&output).contains(summary["error"].as_str().unwrap()), "{summary}");
+    }
+    // The same input again is no other one.
+    for said in [true, false] {
+        let output = run(1, &case("patch"), out.path(), &[]);
+        assert_eq!(stderr(&output).contains("another input"), said, "{}", stderr(&output));
+    }
+}
+
+/// A run long enough to be met at work.
+fn slow(out: &Path) -> std::process::Child {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_kontakt"));
+    command
+        .arg("run")
+        .arg(case("hertz-line"))
+        .arg("--out")
+        .arg(out)
+        .args(["--set", "body.lower.mesh.refine=3"]);
+    command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap()
+}
+
+/// Waits until the run has its directory.
+fn started(out: &Path, child: &mut std::process::Child) {
+    let start = std::time::Instant::now();
+    while !out.join(".kontakt.lock").exists() {
+        assert!(start.elapsed().as_secs() < 60 && child.try_wait().unwrap().is_none(), "it has not started");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_killed_run_leaves_no_verdict_and_no_lock_and_two_do_not_mix() {
+    let out = tempfile::tempdir().unwrap();
+    assert_eq!(run(1, &case("patch"), out.path(), &[]).status.code(), Some(0));
+    let mut first = slow(out.path());
+    started(out.path(), &mut first);
+    let second = run(2, &case("patch"), out.path(), &[]);
+    let text = stderr(&second);
+    assert_eq!(second.status.code(), Some(2), "{text}");
+    let process = format!("another run (process {}", first.id());
+    assert!(text.contains(&process) && text.contains("--out"), "{text}");
+    first.kill().unwrap();
+    first.wait().unwrap();
+    assert!(!out.path().join("summary.json").exists());
+    assert!(out.path().join(".kontakt.lock").exists(), "the kill came in the middle");
+    assert_eq!(run(2, &case("patch"), out.path(), &[]).status.code(), Some(0));
+    assert_eq!(summary(out.path())["converged"], true);
+    assert!(!out.path().join(".kontakt.lock").exists());
 }
 
 #[test]
@@ -97,6 +183,34 @@ fn check_says_what_a_run_would_cost() {
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(text.contains("body lower: 306 dofs") && text.contains("thermal strain"), "{text}");
     assert!(text.contains("2 rank(s)"), "{text}");
+}
+
+/// Gap or overlap and candidates of every pair, in `check` and in the log, and a warning of what no fit has.
+#[test]
+fn gaps_and_overlaps_are_told() {
+    let told = |command: &str, gap: &str, ranks: usize| {
+        let out = tempfile::tempdir().unwrap();
+        let mut process = mpirun(ranks);
+        process.arg(env!("CARGO_BIN_EXE_kontakt")).arg(command).arg(case("patch"));
+        process.args(["--set", &format!("contact.interface.gap={gap}")]);
+        if command == "run" {
+            process.arg("--out").arg(out.path());
+        }
+        let output = process.output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output) + &String::from_utf8_lossy(&output.stdout)
+    };
+    for (command, ranks) in [("check", 1), ("run", 1), ("run", 2)] {
+        let text = told(command, "1e-4", ranks);
+        assert!(text.contains("contact interface: 6 candidates, gap 1.000e-4 to 1.000e-4"), "{text}");
+        assert!(!text.contains("no fit"), "{text}");
+        let text = told(command, "-1e-5", ranks);
+        assert!(text.contains("contact interface: 6 candidates, overlap 1.000e-5 to 1.000e-5"), "{text}");
+        assert!(!text.contains("no fit"), "{text}");
+        // A block of 40 by 20 mm or by 30 mm.
+        let text = told(command, "-1e-3", ranks);
+        assert_eq!(text.matches("overlap by up to 1.000e-3 at the start").count(), 1, "{text}");
+    }
 }
 
 #[test]

@@ -174,6 +174,120 @@ fn a_study_that_was_killed_goes_on_and_does_no_run_twice() {
     assert_eq!(journal().lines().count(), 2);
 }
 
+/// Processes whose command line names this directory, but for one.
+fn processes(directory: &Path, but: u32) -> Vec<String> {
+    let of = |entry: std::fs::DirEntry| {
+        let pid = entry.file_name().to_string_lossy().parse::<u32>().ok().filter(|pid| *pid != but)?;
+        let line = std::fs::read(format!("/proc/{pid}/cmdline")).ok()?;
+        let line = String::from_utf8_lossy(&line).replace('\0', " ");
+        line.contains(&directory.display().to_string()).then(|| format!("{pid} {line}"))
+    };
+    std::fs::read_dir("/proc").unwrap().flatten().filter_map(of).collect()
+}
+
+/// mpirun, and the ranks it has started, end with a study that is killed.
+#[test]
+fn runs_end_with_their_study() {
+    for ranks in ["1", "2"] {
+        let directory = tempfile::tempdir().unwrap();
+        let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+        std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
+        let arguments = ["--levels", "5", "--repeat", "1", "--ranks", ranks, "--oversubscribe"];
+        let mut child =
+            study(&case, &out, &arguments).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+        let start = Instant::now();
+        // mpirun, and every rank of the run.
+        let expected = 1 + ranks.parse::<usize>().unwrap();
+        let held = || {
+            std::fs::read_dir(&out)
+                .is_ok_and(|d| d.flatten().any(|entry| entry.path().join(".kontakt.lock").exists()))
+        };
+        while !held() || processes(&out, child.id()).len() < expected {
+            assert!(start.elapsed() < Duration::from_secs(60) && child.try_wait().unwrap().is_none());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let killed = Instant::now();
+        while !processes(&out, child.id()).is_empty() {
+            let left = processes(&out, child.id());
+            assert!(killed.elapsed() < Duration::from_secs(20), "still there: {left:?}");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+#[test]
+fn more_ranks_than_cores_are_refused_unless_forced() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+    std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
+    let output = study(&case, &out, &["--levels", "0", "--ranks", "1000"]).output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("study.ranks: 1000 was given") && text.contains("--oversubscribe"), "{text}");
+    let more = (std::thread::available_parallelism().unwrap().get() + 1).to_string();
+    let forced = ["--levels", "0", "--repeat", "1", "--ranks", &more, "--oversubscribe"];
+    let output = study(&case, &out, &forced).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(rows(&out)[0]["ranks"], more);
+}
+
+/// The runs of one input are not lost to a study of another in the same directory, and two at once do not mix.
+#[test]
+fn another_input_does_not_overwrite_the_runs_of_the_first() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+    std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
+    let arguments = ["--levels", "0", "--repeat", "1"];
+    assert!(study(&case, &out, &arguments).output().unwrap().status.success());
+    let first = std::fs::read_to_string(out.join("runs.jsonl")).unwrap();
+    let output = study(&case, &out, &[&arguments[..], &["--set", "thickness=2"]].concat()).output().unwrap();
+    assert!(stderr(&output).contains("those are kept"), "{}", stderr(&output));
+    let output = study(&case, &out, &arguments).output().unwrap();
+    assert!(stderr(&output).contains("all of them are done already"), "{}", stderr(&output));
+    assert_eq!(std::fs::read_to_string(out.join("runs.jsonl")).unwrap(), first);
+}
+
+/// Components, equivalent stress and energy: those of Lame's solution. By equilibrium and Hooke's law the energy of a ring
+/// is half the work of the joint's pressure on its displacement.
+#[test]
+fn components_and_energies_are_quantities() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
+    std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
+    let arguments = ["--levels", "1..3", "--repeat", "1", "--quantity", "bore.stress.yy"];
+    let output = study(&case, &out, &arguments).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(stdout.contains("stress yy at bore"), "{stdout}");
+    let rows = rows(&out);
+    let finest = rows.last().unwrap();
+    let (e, nu) = (2.1e11 / 0.91, 0.3 / 0.7);
+    let (e2, nu2) = (7e10 / (1.0 - 0.33 * 0.33), 0.33 / 0.67);
+    let outer = 0.1 / e2 * (0.0325 / 0.0125 + nu2);
+    let inner = 0.1 / e * (0.0125 / 0.0075 - nu);
+    let p = 5e-5 / (outer + inner);
+    // At the bore: no radial stress, -2 p b^2 / (b^2 - a^2) around it, nu times that along z.
+    let hoop: f64 = -2.0 * p * 0.01 / 0.0075;
+    let equivalent = hoop.abs() * (1.0 - 0.3 + 0.09f64).sqrt();
+    // A quarter of the joint, a metre long.
+    let energy = |u: f64| 0.5 * p * (p * u) * 0.1 * std::f64::consts::FRAC_PI_2;
+    for (name, exact, within) in [
+        ("bore.stress.yy", hoop, 1e-3),
+        // The radial stress, which vanishes only in the limit, enters.
+        ("bore.stress.von_mises", equivalent, 2e-3),
+        ("inner.strain_energy", energy(inner), 1e-4),
+        ("outer.strain_energy", energy(outer), 1e-4),
+        ("strain_energy", energy(inner + outer), 1e-4),
+    ] {
+        let found = number(finest, name);
+        assert!((found / exact - 1.0).abs() < within, "{name}: {found:e} for {exact:e}");
+        let error = number(finest, &format!("{name}.error"));
+        assert!(error < within, "{name}: error {error:e}");
+    }
+}
+
 #[test]
 fn runs_that_do_not_converge_are_listed_and_not_in_the_curves() {
     let directory = tempfile::tempdir().unwrap();

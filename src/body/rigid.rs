@@ -213,7 +213,7 @@ fn null_space(gram: &Matrix3<f64>) -> Vec<Vector3<f64>> {
     free.iter().map(|m| if m[m.iamax()] < 0.0 { -m } else { *m }).collect()
 }
 
-fn describe(m: &Vector3<f64>, center: [f64; 2], length: f64) -> String {
+pub(super) fn describe(m: &Vector3<f64>, center: [f64; 2], length: f64) -> String {
     let (x, y, theta) = (m.x, m.y, m.z / length);
     if m.z.abs() > 1e-6 {
         // u = t + theta e_z x (x - c) vanishes here.

@@ -6,7 +6,7 @@ use super::shape::{self, existing_file};
 use super::temperature_file;
 use super::{
     BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Property, Region, ResponseCase, Scalar,
-    Support, Temperature, Units, nearest,
+    Support, Temperature, Units, nearest, solver_options,
 };
 
 impl ResponseCase {
@@ -126,12 +126,11 @@ fn temperature(fields: &Fields<'_>) -> Option<Temperature> {
 }
 
 fn solver(fields: &Fields<'_>) -> Option<String> {
-    let options = fields.text("solver")?.trim();
-    match options.starts_with('-') {
-        true => Some(options.to_string()),
-        false => fields
-            .field("solver")?
-            .refuse("PETSc options begin with '-', such as \"-ksp_type cg -pc_type gamg\""),
+    let field = fields.field("solver")?;
+    let options = solver_options::read(&field)?;
+    match options.trim().is_empty() {
+        true => field.refuse("PETSc options begin with '-', such as \"-ksp_type cg -pc_type gamg\""),
+        false => Some(options.trim().to_string()),
     }
 }
 
@@ -188,7 +187,7 @@ fn load(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Load> {
 
 /// `surface` with `within`, or `point`; neither is no error here.
 fn region(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Region> {
-    let (surface, point, within) = (fields.text("surface"), fields.point("point"), within(fields));
+    let (surface, point, within) = (fields.line("surface"), fields.point("point"), within(fields));
     if fields.has("surface") && fields.has("point") {
         fields.error("'surface' and 'point' exclude each other");
     }

@@ -1,33 +1,36 @@
 //! One number that stands for all a run depends on.
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
 use super::node::{Node, Value};
+use crate::stable_hash::StableHash;
 
 /// Tables that a run does not look at.
 const IDLE: [&str; 3] = ["study", "exact", "variant"];
 
 /// Of the changed tree, and of the content of every file it names. Comments and layout do not count.
 pub(super) fn of(root: &Node, directory: &Path) -> u64 {
-    let mut hasher = DefaultHasher::new();
+    let mut hash = StableHash::new();
     for (key, node) in root.entries().unwrap_or_default() {
         if !IDLE.contains(&key.as_str()) {
-            (key, node.to_string()).hash(&mut hasher);
-            files(node, directory, &mut hasher);
+            hash = hash.field(key.as_bytes()).field(node.to_string().as_bytes());
+            hash = files(node, directory, hash);
         }
     }
-    hasher.finish()
+    hash.finish()
 }
 
 /// Hashes what the keys called `file` lead to; a file that cannot be read is no file, and an error elsewhere.
-fn files(node: &Node, directory: &Path, hasher: &mut DefaultHasher) {
+fn files(node: &Node, directory: &Path, hash: StableHash) -> StableHash {
     match &node.value {
-        Value::Table(entries) => entries.iter().for_each(|(key, value)| match value.text() {
-            Some(name) if key == "file" => std::fs::read(directory.join(name)).ok().hash(hasher),
-            _ => files(value, directory, hasher),
+        Value::Table(entries) => entries.iter().fold(hash, |hash, (key, value)| match value.text() {
+            Some(name) if key == "file" => match std::fs::read(directory.join(name)) {
+                Ok(content) => hash.bytes(&[1]).field(&content),
+                Err(_) => hash.bytes(&[0]),
+            },
+            _ => files(value, directory, hash),
         }),
-        Value::Array(items) => items.iter().for_each(|item| files(item, directory, hasher)),
-        _ => {}
+        Value::Array(items) => items.iter().fold(hash, |hash, item| files(item, directory, hash)),
+        _ => hash,
     }
 }
 
@@ -44,5 +47,13 @@ mod tests {
         assert_ne!(first, of("a = 2\nm = { file = \"m.toml\" }\n"));
         std::fs::write(directory.path().join("m.toml"), "x").unwrap();
         assert_ne!(first, of("a = 1\nm = { file = \"m.toml\" }\n"));
+    }
+
+    /// It is kept in files that another build of kontakt reads: FNV-1a of the keys and values with their lengths.
+    #[test]
+    fn it_is_the_same_in_every_build() {
+        let root = Node::parse("a = 1\nb = \"x\"\n", "f.toml").unwrap();
+        let bytes = b"\x01\0\0\0\0\0\0\0a\x01\0\0\0\0\0\0\01\x01\0\0\0\0\0\0\0b\x03\0\0\0\0\0\0\0\"x\"";
+        assert_eq!(of(&root, Path::new("")), StableHash::new().bytes(bytes).finish());
     }
 }

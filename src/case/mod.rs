@@ -19,6 +19,7 @@ mod reference;
 mod rigid;
 mod schema;
 mod shape;
+mod solver_options;
 mod step;
 mod study;
 mod temperature_file;
@@ -32,7 +33,7 @@ pub use read::{read, variant_names};
 pub use reference::reference;
 pub use rigid::{RigidCase, RigidShape};
 pub use step::StepCase;
-pub use study::StudyCase;
+pub use study::{QUANTITIES_OF_PAIR, QUANTITIES_OF_PROBE, STRAIN_ENERGY, StudyCase};
 
 // Choices that belong to the module that acts on them.
 pub use crate::{

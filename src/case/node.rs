@@ -57,7 +57,7 @@ impl Value {
 impl Node {
     /// Parses a document; the root is a table.
     pub fn parse(text: &str, file: &str) -> Result<Node> {
-        let source = Source { text, file: file.into() };
+        let source = Source::new(text, file.into());
         let document = DeTable::parse(text).map_err(|e| source.syntax_error(&e))?;
         source.table(document.get_ref(), source.place(0))
     }
@@ -65,7 +65,7 @@ impl Node {
     /// Parses one value, as `--set` gives it.
     pub fn parse_value(text: &str, place: &Place) -> Option<Node> {
         let value = DeValue::parse(text).ok()?;
-        let source = Source { text, file: place.file.clone() };
+        let source = Source::new(text, place.file.clone());
         let mut node = source.value(value.get_ref(), place.clone()).ok()?;
         node.place_all(place);
         Some(node)
@@ -99,6 +99,17 @@ impl Node {
             Value::Table(entries) => entries.iter_mut().for_each(|(_, node)| node.place_all(place)),
             _ => {}
         }
+    }
+}
+
+/// Characters of a value that a message shows.
+const SHOWN: usize = 200;
+
+/// The text, cut where it is too long for a message.
+pub(super) fn shortened(text: &str) -> String {
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_string(),
     }
 }
 
@@ -144,17 +155,23 @@ fn quoted(text: &str) -> String {
 struct Source<'a> {
     text: &'a str,
     file: Arc<str>,
+    /// Where lines end: a value's line is looked up, not counted, or a long table takes time with the square of its length.
+    line_ends: Vec<usize>,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    fn new(text: &'a str, file: Arc<str>) -> Source<'a> {
+        let line_ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i).collect();
+        Source { text, file, line_ends }
+    }
+
     fn place(&self, offset: usize) -> Place {
-        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        Place { file: self.file.clone(), line: 1 + before.iter().filter(|&&b| b == b'\n').count() }
+        Place { file: self.file.clone(), line: 1 + self.line_ends.partition_point(|end| *end < offset) }
     }
 
     fn syntax_error(&self, error: &toml::de::Error) -> Error {
         let line = self.place(error.span().map_or(0, |span| span.start)).line;
-        let text = self.text.lines().nth(line - 1).unwrap_or("").trim();
+        let text = shortened(self.text.lines().nth(line - 1).unwrap_or("").trim());
         Error::Input(format!("{}:{line}: not valid TOML: {}: {text}", self.file, error.message()))
     }
 

@@ -33,7 +33,7 @@ pub fn read(path: &Path, variant: Option<&str>, sets: &[String]) -> Result<Case>
     let title = variant.and_then(|name| variant_named(&root, name)).and_then(|v| v.get("title")?.text());
     let case = case.map(|case| {
         let own = root.get("title").and_then(Node::text).unwrap_or(&case.name);
-        Case { title: title.unwrap_or(own).to_string(), ..case }
+        Case { title: crate::plain_text(title.unwrap_or(own)), ..case }
     });
     let fingerprint = fingerprint::of(&root, &reader.directory);
     reader.finish(case.map(|case| Case { text: with_changes(&text, &changes), fingerprint, ..case }))
@@ -110,7 +110,7 @@ fn apply_variant(root: &mut Node, name: &str) -> Result<Vec<String>> {
 
 fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     let fields = reader.open("case", root, "")?;
-    fields.text("title");
+    fields.line("title");
     fields.choice("units");
     read_variants(&fields);
     let analysis = analysis(&fields);
@@ -145,7 +145,9 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     refuse_duplicates(&probes, "probes");
     let probes = all(probes.iter().map(|table| contact::probe(table, named)));
     let output = contact::output(&fields);
-    let study = study::read(&fields, contacts.as_deref(), probes.as_deref());
+    let meshed: Vec<&str> =
+        named.iter().filter(|b| matches!(b.body, BodyRef::Deformable(_))).map(|b| b.name).collect();
+    let study = study::read(&fields, &meshed, contacts.as_deref(), probes.as_deref());
     let exact = exact::read(&fields, contacts.as_deref(), probes.as_deref());
     Some(Case {
         name: String::new(),
@@ -212,7 +214,7 @@ fn read_variants(fields: &Fields<'_>) {
     refuse_duplicates(&tables, "variants");
     for table in &tables {
         table.name("name");
-        table.text("title");
+        table.line("title");
         table.texts("remove");
         if let Some(set) = table.field("set")
             && set.node.entries().is_none()

@@ -7,11 +7,19 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::expression::Expression;
-use super::node::{Node, Place, Value};
+use super::node::{Node, Place, Value, shortened};
 use super::schema::{self, Default, Key, Kind, Table};
 use super::units::{self, Dimension};
 use super::{Origin, Scalar, Units, nearest};
 use crate::error::{Error, Result};
+use crate::plain_text::is_plain;
+
+/// Bytes of the longest text, an expression or a list of options: HDF5 takes 64 kB for an attribute.
+const LONGEST_TEXT: usize = 10_000;
+/// Characters of the longest title or surface: what a picture can show of them is less.
+const LONGEST_LINE: usize = 200;
+/// Characters of the longest name: it stands in file names, which may have 255 bytes, and in names of options.
+const LONGEST_NAME: usize = 100;
 
 /// What all tables share: the units, the directory paths start from, and the errors so far.
 pub(super) struct Reader {
@@ -73,13 +81,15 @@ impl Reader {
             return None;
         };
         let Some(entries) = node.entries() else {
-            self.note(&node.place, path, format!("{node} is {}; a table is needed", node.value.kind()));
+            let given = shortened(&node.to_string());
+            self.note(&node.place, path, format!("{given} is {}; a table is needed", node.value.kind()));
             return None;
         };
         let names: Vec<&str> = table.keys.iter().map(|key| key.name).collect();
         for (name, value) in entries.iter().filter(|(name, _)| !names.contains(&name.as_str())) {
             let hint = nearest::hint(name, &names);
-            self.note(&value.place, &join(path, name), format!("unknown key '{name}'; {}", hint.trim_end()));
+            let name = shortened(name);
+            self.note(&value.place, &join(path, &name), format!("unknown key '{name}'; {}", hint.trim_end()));
         }
         Some(Fields { reader: self, node, path: path.to_string(), table })
     }
@@ -144,11 +154,18 @@ impl<'a> Fields<'a> {
         field.text()
     }
 
+    /// A title, or the name that a surface or group has in a mesh file.
+    pub fn line(&self, key: &str) -> Option<&'a str> {
+        let field = self.field(key)?;
+        field.expect(matches!(field.kind, Kind::Text))?;
+        field.line(LONGEST_LINE)
+    }
+
     /// A name: letters, digits, `_`, `-`; so that it can stand in paths, options and file names.
     pub fn name(&self, key: &str) -> Option<&'a str> {
         let field = self.field(key)?;
         field.expect(matches!(field.kind, Kind::Name))?;
-        let name = field.text()?;
+        let name = field.line(LONGEST_NAME)?;
         let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         match !name.is_empty() && name.chars().all(good) {
             true => Some(name),
@@ -159,7 +176,7 @@ impl<'a> Fields<'a> {
     pub fn texts(&self, key: &str) -> Option<Vec<&'a str>> {
         let field = self.field(key)?;
         field.expect(matches!(field.kind, Kind::Texts))?;
-        all(field.items()?.into_iter().map(|item| item.text()))
+        all(field.items()?.into_iter().map(|item| item.line(LONGEST_LINE)))
     }
 
     /// Index of the string among the choices of the schema.
@@ -286,13 +303,13 @@ impl<'a> Field<'a> {
 
     /// Notes the value given and the rule it breaks.
     pub fn refuse<T>(&self, rule: impl std::fmt::Display) -> Option<T> {
-        self.error(format!("{} was given; {rule}", self.node));
+        self.error(format!("{} was given; {rule}", shortened(&self.node.to_string())));
         None
     }
 
     /// Notes a value of the wrong type.
     pub fn wrong<T>(&self, needed: &str) -> Option<T> {
-        self.error(format!("{} is {}; {needed}", self.node, self.node.value.kind()));
+        self.error(format!("{} is {}; {needed}", shortened(&self.node.to_string()), self.node.value.kind()));
         None
     }
 
@@ -310,8 +327,27 @@ impl<'a> Field<'a> {
         Field { reader: self.reader, node, path: join(&self.path, label), kind: self.kind }
     }
 
+    /// A text that may stand in files, pictures and on a terminal.
     pub fn text(&self) -> Option<&'a str> {
-        self.node.text().or_else(|| self.wrong("a string is needed"))
+        let text = self.node.text().or_else(|| self.wrong("a string is needed"))?;
+        if text.len() > LONGEST_TEXT {
+            return self.refuse(format!("it is longer than {LONGEST_TEXT} bytes"));
+        }
+        match text.chars().find(|c| !is_plain(*c) && !['\n', '\t'].contains(c)) {
+            Some(c) => {
+                self.refuse(format!("control characters (here {}) are not allowed", c.escape_unicode()))
+            }
+            None => Some(text),
+        }
+    }
+
+    /// A text on one line, short enough to be drawn and stored as an attribute.
+    fn line(&self, most: usize) -> Option<&'a str> {
+        let text = self.text()?;
+        match text.chars().count() > most || text.contains(['\n', '\t']) {
+            true => self.refuse(format!("at most {most} characters on one line are allowed")),
+            false => Some(text),
+        }
     }
 
     pub fn count(&self) -> Option<usize> {

@@ -111,7 +111,12 @@ pub(super) const TABLES: &[Table] = &[
         heading: "Top level",
         about: "",
         keys: &[
-            key("title", Text, is("the case's name"), "Title for pictures and the log."),
+            key(
+                "title",
+                Text,
+                is("the case's name"),
+                "Title for pictures and the log: one line, at most 200 characters, none of them a control.",
+            ),
             key(
                 "units",
                 Choice(&["SI", "consistent"]),
@@ -231,7 +236,10 @@ made once and used again while the matrix does not change: the fastest set-up th
 and one \
 that no material contrast or mesh grading upsets. `solver = \"-ksp_type cg -pc_type gamg\"` changes it for \
 this body, \
-with PETSc's own option names; `-body_<name>_ksp_type cg` does on the command line.\n\n\
+with PETSc's own option names; `-body_<name>_ksp_type cg` does on the command line. A case may give the options that choose \
+and tune a solver (`-ksp_...`, `-pc_...`, `-mat_mumps_...`, also of the solvers inside a preconditioner, `-sub_...`, \
+`-mg_levels_...`); viewers, monitors and whatever else may write a file or load code are refused by name, so that a case \
+from anybody is safe to run. The command line takes them all.\n\n\
 A body with `rigid` is a rigid one: it has a `name` and [`rigid`](#rigid) and none of the other keys.",
         keys: &[
             key("name", Name, REQUIRED, "Name, unique among the bodies."),

@@ -46,12 +46,13 @@ impl Shape {
 
     /// Cells along the longest direction.
     fn longest(&self) -> usize {
+        let of = |grading: &Grading| grading.at.len() - 1;
         match self {
             Shape::Rectangle { x: a, y: b }
             | Shape::Block { u: a, v: b, .. }
-            | Shape::Ring { radius: a, angle: b, .. } => a.at.len().max(b.at.len()),
-            Shape::HalfDisc { angle, depth, core, .. } => angle.at.len().max(depth.at.len()).max(*core),
-            Shape::Disc { quarter, depth, .. } => depth.at.len().max(*quarter),
+            | Shape::Ring { radius: a, angle: b, .. } => of(a).max(of(b)),
+            Shape::HalfDisc { angle, depth, core, .. } => of(angle).max(of(depth)).max(*core),
+            Shape::Disc { quarter, depth, .. } => of(depth).max(*quarter),
         }
     }
 }
@@ -73,7 +74,7 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
     }
     let (rotate, translate) = (mesh.number("rotate"), mesh.point("translate"));
     let scale = mesh.number_if("scale", |value| value > 0.0, "must be > 0");
-    let group = mesh.text("group");
+    let group = mesh.line("group");
     let refine = mesh.natural("refine", MOST_REFINEMENTS).unwrap_or(0);
     if given[0] == "file" {
         for key in mesh.given(&["rotate", "translate"]) {
@@ -98,10 +99,12 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
         _ => disc(&mesh.table("disc")?),
     };
     let shape = shape?;
-    if shape.longest() << refine > grading::MOST_CELLS {
-        return mesh
-            .field("refine")?
-            .refuse(format!("this makes more than {} cells in one direction", grading::MOST_CELLS));
+    let cells = shape.longest() << refine;
+    if cells > grading::MOST_CELLS {
+        let rule =
+            format!("this makes {cells} cells in one direction; at most {} are allowed", grading::MOST_CELLS);
+        mesh.error_at("refine", rule);
+        return None;
     }
     Some(Geometry::Generated {
         shape: shape.refined(refine),

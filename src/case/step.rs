@@ -19,7 +19,7 @@ pub struct StepCase {
 
 /// Reads one step; every factor is 1 where it is not given.
 pub(super) fn read(fields: &Fields<'_>) -> Option<StepCase> {
-    let name = fields.text("name");
+    let name = fields.line("name");
     if name.is_some_and(|name| name.trim().is_empty()) {
         return fields.field("name")?.refuse("a name must have a letter; leave it out for none");
     }

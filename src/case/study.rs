@@ -1,7 +1,7 @@
 //! `[study]`: what `kontakt study` sweeps.
 use super::node::Value;
 use super::reader::{Field, Fields, all};
-use super::{ContactCase, Driver, ProbeCase, alternation, nearest, schema};
+use super::{ContactCase, Driver, ProbeCase, alternation, nearest, schema, solver_options};
 
 /// Finest level a study may ask for: 4^10 times the elements of the case's own mesh.
 const FINEST: i64 = 10;
@@ -58,6 +58,7 @@ impl Default for StudyCase {
 /// Reads `[study]`; every key has a default.
 pub(super) fn read(
     case: &Fields<'_>,
+    bodies: &[&str],
     contacts: Option<&[ContactCase]>,
     probes: Option<&[ProbeCase]>,
 ) -> StudyCase {
@@ -75,11 +76,10 @@ pub(super) fn read(
     study.responses = choice("responses", schema::RESPONSES);
     study.tolerances = list(&fields, "tolerances", |field| items(field, tolerance)).unwrap_or_default();
     study.weights = list(&fields, "weights", |field| items(field, weights)).unwrap_or_default();
-    study.solvers = list(&fields, "solvers", |field| items(field, |item| Some(item.text()?.to_string())))
-        .unwrap_or_default();
+    study.solvers = list(&fields, "solvers", |field| items(field, solver_options::read)).unwrap_or_default();
     study.ranks = list(&fields, "ranks", |field| items(field, |item| item.count())).unwrap_or(study.ranks);
     study.repeat = fields.count("repeat").unwrap_or(study.repeat);
-    study.quantity = quantity(&fields, contacts, probes);
+    study.quantity = quantity(&fields, bodies, contacts, probes);
     study.sets = sets(&fields);
     let relaxed = match &study.drivers[..] {
         [] => true,
@@ -91,20 +91,36 @@ pub(super) fn read(
     study
 }
 
-/// What a pair or a probe has.
-const OF_PAIR: [&str; 3] = ["peak_pressure", "force", "contact_length"];
-const OF_PROBE: [&str; 2] = ["displacement", "stress"];
+/// What a study measures of a pair: `PAIR.force`.
+pub const QUANTITIES_OF_PAIR: [&str; 3] = ["peak_pressure", "force", "contact_length"];
+/// What a study measures of a probe: vectors, and their components alone.
+pub const QUANTITIES_OF_PROBE: [&str; 9] = [
+    "displacement",
+    "stress",
+    "displacement.x",
+    "displacement.y",
+    "stress.xx",
+    "stress.yy",
+    "stress.zz",
+    "stress.xy",
+    "stress.von_mises",
+];
+/// What a study measures of a body, `BODY.strain_energy`, and of all together: its elastic energy, J.
+pub const STRAIN_ENERGY: &str = "strain_energy";
 
 /// A quantity that the case has.
 fn quantity(
     fields: &Fields<'_>,
+    bodies: &[&str],
     contacts: Option<&[ContactCase]>,
     probes: Option<&[ProbeCase]>,
 ) -> Option<String> {
     let name = fields.text("quantity")?;
-    let of_pairs = contacts?.iter().flat_map(|c| OF_PAIR.map(|what| format!("{}.{what}", c.name)));
-    let of_probes = probes?.iter().flat_map(|p| OF_PROBE.map(|what| format!("{}.{what}", p.name)));
-    let all: Vec<String> = of_pairs.chain(of_probes).collect();
+    let of_pairs = contacts?.iter().flat_map(|c| QUANTITIES_OF_PAIR.map(|what| format!("{}.{what}", c.name)));
+    let of_probes = probes?.iter().flat_map(|p| QUANTITIES_OF_PROBE.map(|what| format!("{}.{what}", p.name)));
+    let of_bodies = bodies.iter().map(|body| format!("{body}.{STRAIN_ENERGY}"));
+    let all: Vec<String> =
+        of_pairs.chain(of_probes).chain(of_bodies).chain([STRAIN_ENERGY.to_string()]).collect();
     if all.iter().any(|other| other == name) {
         return Some(name.to_string());
     }

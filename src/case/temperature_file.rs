@@ -2,6 +2,7 @@
 use std::path::Path;
 
 use super::Units;
+use super::node::shortened;
 use crate::error::{Error, Result};
 
 const HEADER: [&str; 3] = ["x", "y", "temperature"];
@@ -16,14 +17,15 @@ pub(super) fn read(path: &Path, units: Units) -> Result<Vec<([f64; 3], f64)>> {
     if header != HEADER {
         return Err(Error::Input(format!(
             "{shown}:1: '{}' was given; the first line must be {}",
-            header.join(","),
+            shortened(&header.join(",")),
             HEADER.join(",")
         )));
     }
     let values: Vec<_> = lines
         .map(|(i, line)| {
-            row(line, units)
-                .map_err(|rule| Error::Input(format!("{shown}:{}: '{line}' was given; {rule}", i + 1)))
+            row(line, units).map_err(|rule| {
+                Error::Input(format!("{shown}:{}: '{}' was given; {rule}", i + 1, shortened(line)))
+            })
         })
         .collect::<Result<_>>()?;
     match values.is_empty() {

@@ -33,6 +33,8 @@ pub struct Estimate {
     pub bodies: Vec<BodyError>,
     /// |e| / sqrt(|u_h|^2 + |e|^2) of every body of the case, in file order.
     pub body_energy: Vec<f64>,
+    /// Elastic energy of every body of the case, |u_h|^2 / 2, J.
+    pub strain_energy: Vec<f64>,
     /// The contact pairs, in file order.
     pub pairs: Vec<PairError>,
     /// |e| / sqrt(|u_h|^2 + |e|^2) of all bodies together.
@@ -111,9 +113,10 @@ impl Estimate {
             pair.body = contact.surfaces[pair.side].body.deformable().unwrap_or(0);
         }
         let contact_pressure = pairs.iter().filter_map(|p| p.pressure).reduce(larger);
+        let strain_energy = sums.iter().map(|s| 0.5 * s[1]).collect();
         let body_energy = sums.iter().map(|s| energy::relative(s[0], s[1])).collect();
         let energy = together(&mut sums.iter());
-        Estimate { bodies, body_energy, pairs, energy, contact_pressure }
+        Estimate { bodies, body_energy, strain_energy, pairs, energy, contact_pressure }
     }
 }
 

@@ -142,6 +142,12 @@ fn parse(file: &str, bytes: &[u8]) -> Result<Raw> {
                     Version::V4 => v4::elements(&mut scan, &mut raw, &entities)?,
                 }
             }
+            "ParametricNodes" => {
+                return Err(scan.error(
+                    "the nodes are saved with their parameters on curves, which are not read; save the mesh again with \
+                     Mesh.SaveParametric = 0",
+                ));
+            }
             "PartitionedEntities" => {
                 return Err(scan
                     .error("the mesh is partitioned; save it unpartitioned, kontakt shares it out itself"));

@@ -1,5 +1,6 @@
 //! What all ranks must know before any of them acts on it. Everything here is collective.
 use crate::error::{Error, Result};
+use crate::stable_hash::StableHash;
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
@@ -36,13 +37,8 @@ pub(super) fn on_rank_zero(comm: &SimpleCommunicator, work: impl FnOnce() -> Res
 /// Collective. An error unless every rank passes the same text.
 pub(super) fn same_everywhere(comm: &SimpleCommunicator, what: &str, text: &str) -> Result<()> {
     let (mut low, mut high) = (0u64, 0u64);
-    let mine = fnv1a(text.as_bytes());
+    let mine = StableHash::new().bytes(text.as_bytes()).finish();
     comm.all_reduce_into(&mine, &mut low, SystemOperation::min());
     comm.all_reduce_into(&mine, &mut high, SystemOperation::max());
     if low == high { Ok(()) } else { Err(Error::internal(format!("{what} differ between ranks"))) }
-}
-
-/// The FNV-1a hash: equal on every machine of a heterogeneous run.
-fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
 }

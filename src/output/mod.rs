@@ -11,6 +11,7 @@ use std::path::Path;
 
 mod agree;
 mod file;
+mod folder;
 mod hdf5_rows;
 mod hdf5_text;
 mod history;
@@ -24,6 +25,8 @@ mod vtkhdf;
 
 pub use file::write;
 pub(crate) use file::{file_options, write_complete};
+pub use folder::Folder;
+pub(crate) use folder::Lock;
 pub use picture::draw;
 pub(crate) use picture::{Precision, PrecisionCurve, PrecisionPoint};
 pub use read::Results;

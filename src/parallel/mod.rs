@@ -1,9 +1,11 @@
 //! Ranks: how they are dealt to bodies, how they agree on errors, how the two sides of a pair exchange vectors.
 //!
 //! Collective calls appear here, in [`crate::petsc`] and in [`crate::output`], and say so.
+mod child;
 mod deal;
 mod exchange;
 
+pub use child::{bind_to_parent, end_with_parent};
 pub use deal::{Share, deal};
 pub use exchange::{Exchange, Partner, Traffic};
 

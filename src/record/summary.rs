@@ -3,6 +3,10 @@ use super::{Driver, LoadStep, Reason, Transfer};
 use crate::error::{Error, Result};
 use serde::Serialize;
 
+/// Nodes in contact that make a pressure: with fewer there is none between the two ends of the contact, and what there is
+/// grows as the cells shrink.
+pub const RESOLVED_NODES: u64 = 3;
+
 /// The whole summary.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
@@ -15,6 +19,8 @@ pub struct Summary {
     /// Variant, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub variant: Option<String>,
+    /// Stands for all that the run depends on, files included: the same text, the same input.
+    pub input: String,
     /// True if the result is a solution: every step converged.
     pub converged: bool,
     /// How the alternation ended, of the last step.
@@ -46,8 +52,10 @@ pub struct Summary {
     pub error_estimate: ErrorEstimate,
     /// The bodies, in file order.
     pub bodies: Vec<BodySummary>,
-    /// Rigid motions that the supports leave free and contact has to hold.
+    /// Rigid motions that neither supports nor contact hold, and that no load drives: held at zero.
     pub free_modes: Vec<FreeMode>,
+    /// Rigid motions that the supports leave free and contact holds.
+    pub held_modes: Vec<FreeMode>,
     /// The contact pairs after the last step, in file order.
     pub pairs: Vec<PairSummary>,
     /// The probes after the last step, in file order.
@@ -225,6 +233,9 @@ pub struct BodySummary {
     /// Estimated discretisation error in the energy norm, relative; absent for a rigid body.
     #[serde(skip_serializing_if = "absent")]
     pub error_estimate: Option<f64>,
+    /// Elastic energy after the last step, J: half the integral of stress times elastic strain.
+    #[serde(skip_serializing_if = "absent")]
+    pub strain_energy: Option<f64>,
 }
 
 /// Invariants of the run, each relative to its own scale but the penetration; what could not be computed is absent.
@@ -387,6 +398,7 @@ mod tests {
             interface_dofs: 6,
             solves: 7,
             error_estimate: Some(0.01),
+            strain_energy: Some(2.5),
         };
         let pair = PairSummary {
             name: "p".into(),
@@ -418,6 +430,7 @@ mod tests {
             kontakt: "0.1.0".into(),
             case: "c".into(),
             variant: Some("A".into()),
+            input: "00c0ffee".into(),
             converged: true,
             reason: Reason::MaxAlternations,
             driver: Driver::ActiveSet,
@@ -434,6 +447,7 @@ mod tests {
             ranks: 2,
             bodies: vec![body],
             free_modes: vec![FreeMode { body: "upper".into(), mode: "translation along x".into() }],
+            held_modes: Vec::new(),
             pairs: vec![pair],
             probes: vec![probe],
             steps: None,
@@ -462,12 +476,12 @@ mod tests {
     #[test]
     fn keys_are_those_promised() {
         let json: Value = serde_json::from_str(&summary().to_json().unwrap()).unwrap();
-        let top = "alternations bodies case checks converged diagnosis displacement_steps driver error_estimate exchange force_steps free_modes kontakt \
+        let top = "alternations bodies case checks converged diagnosis displacement_steps driver error_estimate exchange force_steps free_modes held_modes input kontakt \
                    pairs peak_memory_mb probes ranks reason residual schema seconds tolerance tolerance_automatic transfer updates variant warnings";
         assert_eq!(keys(&json).join(" "), top);
         assert_eq!(
             keys(&json["bodies"][0]).join(" "),
-            "dofs error_estimate factorisations interface_dofs interface_factorisations name ranks response solves"
+            "dofs error_estimate factorisations interface_dofs interface_factorisations name ranks response solves strain_energy"
         );
         let pair = "active candidates complementarity contact_length contraction error_estimate force_imbalance max_penetration max_pressure \
                     moment multiplier_side name normal_force open resultant";

@@ -25,6 +25,7 @@ pub fn outlook(case: &Case, plan: &Plan) -> Result<Vec<String>> {
     let mut lines = agree(&groups.world, described)?;
     if let Some(contacts) = &contacts {
         lines.extend(contacts.outlook(case));
+        lines.extend(contacts.overlaps(case, plan).into_iter().map(|line| format!("warning: {line}")));
     }
     let mut lines = gather_lines(&groups.world, &lines);
     // Bodies before contacts, each in the order of the ranks.

@@ -57,6 +57,7 @@ pub(super) fn pair_results(
                     contact.name
                 ));
             }
+            warnings.extend(unresolved(&contact.name, s[8] as u64, s[9] as u64).filter(|w| !warnings.contains(w)));
             // Of a rigid side A the force is the reaction to side B's.
             let own = contact.surfaces[0].body.deformable().is_some();
             let resultant = |c: usize| if own { s[c] } else { -s[3 + c] };
@@ -81,6 +82,19 @@ pub(super) fn pair_results(
         })
         .collect();
     (pairs, tables)
+}
+
+/// What is said of a pair that too few nodes carry; one all of whose nodes are in contact has its pressure at any number.
+fn unresolved(pair: &str, active: u64, candidates: u64) -> Option<String> {
+    let few = (1..record::RESOLVED_NODES).contains(&active) && active < candidates;
+    few.then(|| {
+        format!(
+            "contact '{pair}': only {active} node{} in contact: the pressure and the length are those of the mesh, and grow or \
+             shrink with it; refine there until at least {} are in contact",
+            if active == 1 { " is" } else { "s are" },
+            record::RESOLVED_NODES
+        )
+    })
 }
 
 fn add(end: &EndFound, sum: &mut [f64; SUMS], max: &mut [f64; MAXIMA]) {

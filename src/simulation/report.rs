@@ -35,12 +35,15 @@ impl Run {
         let mut bodies = bodies(site);
         std::iter::zip(&mut bodies, &self.last.estimate.body_energy)
             .for_each(|(b, e)| b.error_estimate = Some(*e));
+        std::iter::zip(&mut bodies, &self.last.estimate.strain_energy)
+            .for_each(|(b, e)| b.strain_energy = Some(*e));
         let last = self.steps.last();
         let summary = Summary {
             schema: Summary::SCHEMA,
             kontakt: env!("CARGO_PKG_VERSION").into(),
             case: case.name.clone(),
             variant: case.variant.clone(),
+            input: format!("{:016x}", case.fingerprint),
             converged: info.converged(),
             reason: info.reason,
             driver: match engine {
@@ -62,7 +65,8 @@ impl Run {
             ranks: world.size() as usize,
             bodies,
             error_estimate: record::ErrorEstimate::from(&self.last.estimate),
-            free_modes: free_modes(case, &self.last.free_modes),
+            free_modes: modes_of(case, &self.last.free_modes),
+            held_modes: modes_of(case, &self.last.held_modes),
             pairs: last.map_or_else(Vec::new, |s| s.pairs.clone()),
             probes: last.map_or_else(Vec::new, |s| s.probes.clone()),
             steps: (!case.steps.is_empty()).then_some(self.steps),
@@ -99,7 +103,7 @@ impl Run {
 }
 
 /// "body\tmode" lines in the order of the bodies.
-fn free_modes(case: &Case, lines: &[String]) -> Vec<record::FreeMode> {
+fn modes_of(case: &Case, lines: &[String]) -> Vec<record::FreeMode> {
     let mut modes: Vec<(&str, &str)> = lines.iter().filter_map(|line| line.split_once('\t')).collect();
     modes.sort_by_key(|(body, _)| case.bodies.iter().position(|b| b.name == *body));
     modes.into_iter().map(|(body, mode)| record::FreeMode { body: body.into(), mode: mode.into() }).collect()
@@ -141,6 +145,7 @@ fn bodies(site: &Site) -> Vec<record::BodySummary> {
         interface_dofs: counts[3] as u64,
         solves: counts[4] as u64,
         error_estimate: None,
+        strain_energy: None,
     };
     std::iter::zip(&case.bodies, counts.chunks_exact(N)).enumerate().map(summary).collect()
 }

@@ -38,6 +38,7 @@ pub(super) struct Last {
     pub piece: Piece,
     pub pairs: Vec<record::PairTables>,
     pub free_modes: Vec<String>,
+    pub held_modes: Vec<String>,
     pub estimate: Estimate,
 }
 
@@ -282,8 +283,9 @@ fn measure(
     let summary =
         StepSummary::new(&summary, found.tolerance, pairs, probes, record::ErrorEstimate::from(&estimate));
     let free_modes = std::mem::take(&mut found.free_modes);
+    let held_modes = std::mem::take(&mut found.held_modes);
     Ok(Measured {
-        last: Last { piece, pairs: tables, free_modes, estimate },
+        last: Last { piece, pairs: tables, free_modes, held_modes, estimate },
         summary,
         checks,
         counts,

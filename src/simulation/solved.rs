@@ -12,6 +12,7 @@ use crate::{
     estimate::Estimate,
     output::{self, ResultFile},
     parallel::agree,
+    plain_text,
     record::{HistoryRow, Summary},
     scene::Plan,
     step::Engine,
@@ -36,7 +37,14 @@ impl Solved {
     ) -> Result<Self> {
         let (plan, mut engine) = Engine::new(case, world)?;
         warn_of_unused_options(case, &plan.groups)?;
-        let run = Run::march(case, &plan, &mut engine, progress)?;
+        let mut said = Vec::new();
+        if let Engine::Active(active) = &engine {
+            let [lines, warnings] = active.announce(case, &plan);
+            lines.iter().filter(|_| world.rank() == 0).for_each(|line| eprintln!("{}", plain_text(line)));
+            said = warnings;
+        }
+        let mut run = Run::march(case, &plan, &mut engine, progress)?;
+        run.warnings.splice(0..0, said);
         Ok(Solved { engine, run, plan })
     }
 

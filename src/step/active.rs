@@ -335,6 +335,14 @@ impl Active {
         }
     }
 
+    /// What is said before the first step: a line on each pair, with its candidates and gap, and warnings of overlaps that no
+    /// fit has. The same on all ranks. Collective.
+    pub fn announce(&self, case: &Case, plan: &Plan) -> [Vec<String>; 2] {
+        let own = |of: &dyn Fn(&Contacts) -> Vec<String>| self.contacts.as_ref().map_or_else(Vec::new, of);
+        [own(&|c| c.outlook(case)), own(&|c| c.overlaps(case, plan))]
+            .map(|lines| gather_lines(&plan.groups.world, &lines))
+    }
+
     /// Runs the driver on the first ranks; the others serve bodies that answer by their solver. Collective.
     fn drive(
         &mut self,
@@ -362,6 +370,7 @@ impl Active {
         share_reason(world, &mut found.reason);
         found.tolerance = parallel::from_first(world, found.tolerance);
         found.free_modes = gather_lines(world, &found.free_modes);
+        found.held_modes = gather_lines(world, &found.held_modes);
         found.diagnosis = gather_lines(world, &found.diagnosis);
         Ok((found, solution))
     }

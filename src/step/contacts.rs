@@ -7,10 +7,9 @@ use super::{
     state::{NodeState, PairState, State, Status},
     task::{Scene, Solution, Task},
 };
-use crate::vector::larger;
-use crate::vector::smaller;
+use crate::vector::{larger, smaller, worst};
 use crate::{
-    body::{BodyRow, Response},
+    body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
     case::{Case, ContactGeometry, Gap, Tolerance},
     contact::{Row, Surface, vector::dot},
     error::{Error, Result},
@@ -43,6 +42,23 @@ enum Ended {
     Driven(Vec<f64>),
 }
 
+/// Overlap over the size of a body from which on it is no fit: the tightest shrink fits of machines have 0.3 % of the
+/// diameter (ISO 286, p to zc), and the strain is about as large.
+const NO_FIT: f64 = 1e-2;
+
+/// `gap from 1e-5 to 2e-5`, `overlap up to 1e-6`, `touching`.
+fn gap_in_words(rows: &[Row]) -> String {
+    let [least, most] = rows
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], row| [smaller(a, row.gap), larger(b, row.gap)]);
+    match rows.is_empty() {
+        true => "no node has a counterpart within the search distance".into(),
+        false if least < 0.0 && most > 0.0 => format!("overlap up to {:.3e}, gap up to {most:.3e}", -least),
+        false if least < 0.0 => format!("overlap {:.3e} to {:.3e}", -most, -least),
+        false => format!("gap {least:.3e} to {most:.3e}"),
+    }
+}
+
 impl Contacts {
     /// Number of nodes of a body of this rank that contact may reach.
     pub fn interface_nodes(&self, place: usize) -> usize {
@@ -61,15 +77,34 @@ impl Contacts {
                 ContactGeometry::Updated => "updated",
             };
             format!(
-                "contact {}: {} rows, multipliers on {}.{}, frictionless, {} transfer, {geometry} geometry",
+                "contact {}: {} candidates, {}; multipliers on {}.{}, frictionless, {} transfer, {geometry} geometry",
                 contact.name,
                 rows.len(),
+                gap_in_words(rows),
                 case.body_name(name.body),
                 name.surface,
                 case.alternation.transfer.name(),
             )
         })
         .collect()
+    }
+
+    /// Overlaps at the start that no fit has, of the pairs whose multipliers are here.
+    pub fn overlaps(&self, case: &Case, plan: &Plan) -> Vec<String> {
+        let ends = ends_with_rows(&self.shares.ends, &self.pairs);
+        let warning = |(end, rows): (&End, &[Row])| {
+            let overlap = worst(rows.iter().map(|row| -row.gap));
+            let size = mesh_extent(&plan.meshes[end.body].points);
+            (overlap > NO_FIT * size).then(|| {
+                format!(
+                    "contact '{}': the surfaces overlap by up to {overlap:.3e} at the start, {:.1} % of the size of the body \
+                     ({size:.3e}): no fit has so much; look at positions, units and gap",
+                    case.contacts[end.pair].name,
+                    100.0 * overlap / size
+                )
+            })
+        };
+        ends.filter_map(warning).collect()
     }
 
     pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
@@ -241,14 +276,14 @@ impl Contacts {
         };
         let outcome = match ended {
             Ended::Outcome(outcome) => outcome,
-            Ended::Driven(motion) => return Err(unrestrained(task, &coarse.work, &motion)),
+            Ended::Driven(motion) => return Err(unrestrained(task, &motion)),
         };
         let projector = coarse.projector(exchange, &driver.active);
         if outcome.reason.converged() {
             let pushed = coarse.restrict(exchange, |j| driver.force[j]);
             let missing: Vec<f64> = std::iter::zip(&coarse.work, pushed).map(|(e, p)| e - p).collect();
             if let Some(motion) = projector.driven(&missing, &coarse.work) {
-                return Err(unrestrained(task, &coarse.work, &motion));
+                return Err(unrestrained(task, &motion));
             }
         }
         let (mut found, solution) = self.report(task, &driver, &projector, outcome);
@@ -303,7 +338,7 @@ impl Contacts {
         (found.updates, found.gap_threshold) = (driver.updates as u64, driver.gap_threshold());
         (found.force_steps, found.displacement_steps) =
             (driver.coupling.steps.force as u64, driver.coupling.steps.displacement as u64);
-        found.free_modes = free_modes(task, projector);
+        [found.free_modes, found.held_modes] = free_and_held_modes(task, driver.coarse, projector);
         if !found.reason.converged() {
             found.diagnosis = self.diagnose(task, &driver.flipped);
         }
@@ -438,18 +473,20 @@ fn ends_with_rows<'s>(
         .filter_map(|end| Some((end, &pairs[end.pair].as_ref()?.rows[..])))
 }
 
-/// "body\tmode" of each motion of this rank's bodies that nothing restrains.
-fn free_modes(task: &Task, projector: &Projector) -> Vec<String> {
+/// "body\tmode" of each rigid motion of this rank's bodies: those that nothing restrains, and those that contact holds.
+fn free_and_held_modes(task: &Task, coarse: &Coarse, projector: &Projector) -> [Vec<String>; 2] {
     let Scene { case, plan, .. } = task.scene;
     let free = projector.free_modes(task.modes.total);
-    let mut lines = Vec::new();
+    let [mut unheld, mut held] = [Vec::new(), Vec::new()];
     for (b, (&first, &n)) in std::iter::zip(&task.modes.first, &task.modes.counts).enumerate() {
-        for k in free.iter().filter(|k| (first..first + n).contains(k)) {
-            let body = &case.bodies[plan.groups.bodies()[b]].name;
-            lines.push(format!("{body}\t{}", (task.names)(b, k - first)));
+        let body = &case.bodies[plan.groups.bodies()[b]].name;
+        // Soft modes have a stiffness of their own.
+        for k in (first..first + n).filter(|k| coarse.stiffness[*k] == 0.0) {
+            let line = format!("{body}\t{}", (task.names)(b, k - first));
+            if free.contains(&k) { unheld.push(line) } else { held.push(line) }
         }
     }
-    lines
+    [unheld, held]
 }
 
 /// Holds the bodies' motions along their own surfaces, unless the loads drive them. Collective on the roots.
@@ -479,7 +516,7 @@ fn hold(task: &Task, neutral: &[Neutral], bodies: &[Response], coarse: &mut Coar
     }
     let driven = exchange.sum(&driven);
     if driven.iter().any(|d| *d != 0.0) {
-        return Err(unrestrained(task, &coarse.work, &driven));
+        return Err(unrestrained(task, &driven));
     }
     coarse.hold(&DMatrix::from_row_slice(n, n, &exchange.sum(&onto)));
     Ok(())
@@ -493,27 +530,59 @@ fn with_springs(forces: &[f64], coarse: &Coarse, exchange: &Exchange) -> Vec<f64
     all
 }
 
-/// The body and the mode on which the loads do most of the work in a motion that nothing stops. Collective on the roots.
-fn unrestrained(task: &Task, work: &[f64], motion: &[f64]) -> Error {
-    let share = |k: usize| (motion[k] * work[k]).abs();
-    let worst = (0..motion.len()).fold(0, |best, k| if share(k) > share(best) { k } else { best });
-    let own = task.modes.first.iter().enumerate().find(|(b, first)| {
-        let first = **first;
-        (first..first + task.modes.counts[*b]).contains(&worst)
-    });
-    let named = match own {
-        // Another rank has the body.
-        None => Ok(()),
-        Some((b, first)) => {
-            let body = &task.scene.case.bodies[task.scene.plan.groups.bodies()[b]];
-            Err(Error::Unrestrained(format!(
-                "{}: body '{}' is not held against its loads: {}: neither supports nor contact stop this motion; add a \
-                 [[body.support]] that does, or check the direction of the load and the contact pairs",
-                body.origin,
-                body.name,
-                (task.names)(b, worst - first)
-            )))
-        }
+/// The bodies that move together where nothing stops them, and their motion. Collective on the roots.
+fn unrestrained(task: &Task, motion: &[f64]) -> Error {
+    let Scene { case, exchange, .. } = task.scene;
+    let modes = exchange.agree(own_modes(task));
+    let modes = match modes {
+        Ok(own) => exchange.sum(&own),
+        Err(error) => return error,
     };
-    task.scene.exchange.agree(named).err().unwrap_or_else(|| Error::internal("no body owns the free motion"))
+    let all: Vec<(usize, RigidMode, f64)> = std::iter::zip(modes.chunks_exact(MODE), motion)
+        .filter(|(mode, _)| mode[0] > 0.0)
+        .map(|(mode, amplitude)| (mode[0] as usize - 1, rigid_mode(mode), *amplitude))
+        .collect();
+    let all: Vec<(usize, &RigidMode, f64)> = all.iter().map(|(body, mode, a)| (*body, mode, *a)).collect();
+    let names: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
+    let (bodies, how) = name_motion(&names, &all);
+    let Some(&first) = bodies.first() else { return Error::internal("no body owns the free motion") };
+    let own: Vec<&str> = bodies.iter().map(|&b| names[b]).collect();
+    let (are, which, place) = match own.len() {
+        1 => ("is", "its loads: ", "it"),
+        _ => ("are", "the loads and move together: ", "one of them"),
+    };
+    Error::Unrestrained(format!(
+        "{}: {} {are} not held against {which}{how}: neither supports nor contact stop this motion; add a \
+         [[body.support]] to {place} that does, or check the direction of the load and the contact pairs",
+        case.bodies[first].origin,
+        name_bodies(&own)
+    ))
+}
+
+/// Numbers of a mode: 1 + its body (0: no rigid mode), its piece, translation, rotation, centre.
+const MODE: usize = 7;
+
+/// The rigid modes of this rank's bodies, among those of all.
+fn own_modes(task: &Task) -> Result<Vec<f64>> {
+    let Scene { case, plan, .. } = task.scene;
+    let mut numbers = vec![0.0; MODE * task.modes.total];
+    for (i, (&b, mesh)) in std::iter::zip(plan.groups.bodies(), &plan.meshes).enumerate() {
+        let free = FreeModes::new(mesh, &Constraints::new(&case.bodies[b], mesh)?);
+        for (k, mode) in free.modes.iter().enumerate().take(task.modes.counts[i]) {
+            let [t, c] = [&mode.translation, &mode.center];
+            let values = [1.0 + b as f64, f64::from(mode.piece), t[0], t[1], mode.rotation, c[0], c[1]];
+            numbers[MODE * (task.modes.first[i] + k)..][..MODE].copy_from_slice(&values);
+        }
+    }
+    Ok(numbers)
+}
+
+fn rigid_mode(numbers: &[f64]) -> RigidMode {
+    RigidMode {
+        name: String::new(),
+        piece: numbers[1] as u32,
+        translation: [numbers[2], numbers[3], 0.0],
+        rotation: numbers[4],
+        center: [numbers[5], numbers[6], 0.0],
+    }
 }

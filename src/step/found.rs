@@ -28,6 +28,8 @@ pub(crate) struct Found {
     pub gap_threshold: f64,
     /// "body\tmode" of rigid motions that nothing restrains and on which the loads do no work.
     pub free_modes: Vec<String>,
+    /// Likewise those that contact holds.
+    pub held_modes: Vec<String>,
     pub diagnosis: Vec<String>,
     pub warnings: Vec<String>,
     /// Warnings of surfaces that have turned away from the normals they had.
@@ -75,6 +77,7 @@ impl Found {
             ends: Vec::new(),
             gap_threshold: 0.0,
             free_modes: Vec::new(),
+            held_modes: Vec::new(),
             diagnosis: Vec::new(),
             warnings: Vec::new(),
             turned: Vec::new(),

@@ -1,4 +1,5 @@
 //! What is known of a case's solution, as values of the quantities that a study measures.
+use super::quantity::parts;
 use crate::{
     Result,
     case::{
@@ -44,6 +45,8 @@ pub(super) fn known(case: &Case) -> Result<Known> {
         known.extend(at.displacement.map(|u| (format!("{name}.displacement"), u.to_vec())));
         known.extend(at.stress.map(|stress| (format!("{name}.stress"), stress.to_vec())));
     }
+    let parts: Vec<_> = known.iter().flat_map(|(name, values)| parts(name, values, "")).collect();
+    known.extend(parts.into_iter().map(|part| (part.name, part.values)));
     Ok(known)
 }
 

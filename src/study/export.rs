@@ -48,12 +48,16 @@ pub(super) fn columns(plan: &Plan, table: &Table) -> Vec<Column> {
         number(key, "", &|row| row.number(&[key]));
     }
     number("repetitions", "", &|row| row.repetitions as f64);
-    number("seconds", "s", &|row| row.seconds.median);
-    number("seconds_min", "s", &|row| row.seconds.low);
+    number("time", "s", &|row| row.time());
+    number("starved", "", &|row| f64::from(u8::from(row.starved())));
+    number("seconds", "s", &|row| row.seconds.low);
+    number("seconds_median", "s", &|row| row.seconds.median);
     number("seconds_max", "s", &|row| row.seconds.high);
-    number("process_seconds", "s", &|row| row.process.median);
-    number("cpu_seconds", "s", &|row| row.cpu.median);
-    number("cpu_seconds_min", "s", &|row| row.cpu.low);
+    number("process_seconds", "s", &|row| row.process.low);
+    number("process_seconds_median", "s", &|row| row.process.median);
+    number("process_seconds_max", "s", &|row| row.process.high);
+    number("cpu_seconds", "s", &|row| row.cpu.low);
+    number("cpu_seconds_median", "s", &|row| row.cpu.median);
     number("cpu_seconds_max", "s", &|row| row.cpu.high);
     number("peak_memory_mb", "MB", &|row| row.memory);
     for key in ["energy", "contact_pressure"] {
@@ -61,14 +65,9 @@ pub(super) fn columns(plan: &Plan, table: &Table) -> Vec<Column> {
     }
     for name in &table.names {
         let unit = table.references[name].unit;
-        let components = table.rows.iter().flat_map(|row| &row.quantities).find(|q| q.name == *name);
-        match components.map_or(&[][..], |q| q.components) {
-            [] => number(name, unit, &|row| row.value(name).map_or(f64::NAN, |v| v[0])),
-            components => components.iter().enumerate().for_each(|(i, component)| {
-                number(&format!("{name}.{component}"), unit, &|row| {
-                    row.value(name).map_or(f64::NAN, |v| v[i])
-                });
-            }),
+        // The components of a vector are quantities themselves.
+        if table.references[name].values.len() == 1 {
+            number(name, unit, &|row| row.value(name).map_or(f64::NAN, |v| v[0]));
         }
         number(&format!("{name}.error"), "", &|row| row.errors.get(name).copied().unwrap_or(f64::NAN));
         number(&format!("{name}.order"), "", &|row| row.orders.get(name).copied().unwrap_or(f64::NAN));

@@ -11,14 +11,16 @@ const MORE: f64 = 10.0;
 const PERCENT_OF_ROUND_OFF: f64 = 1e-11;
 /// Errors that differ by less than this factor are alike.
 const ALIKE: f64 = 1.05;
+/// Times that differ by less than this factor are alike: repetitions of a run of a second scatter so on a quiet machine.
+const AS_FAST: f64 = 1.3;
 
 /// A run as a point of the diagram.
 pub(super) struct Point<'a> {
     pub row: &'a Row,
     /// Error of the quantity.
     pub error: f64,
-    /// The error that can be relied on: no finer level of the choice has a larger one, and the reference is known to it.
-    /// A coarse mesh may be right by chance.
+    /// The error that can be relied on: no finer level of the choice has a larger one, the level before allows it with the
+    /// elements' highest order, and the reference is known to it. A mesh may be right by chance, the finest one too.
     pub reliable: f64,
     /// Nothing is as accurate for less time.
     pub best: bool,
@@ -31,14 +33,19 @@ pub(super) fn points<'a>(table: &'a Table, quantity: &str) -> Vec<Point<'a>> {
     for choice in 0..table.labels.len() {
         let curve: Vec<(&Row, f64)> =
             table.curve(choice).filter_map(|row| Some((row, *row.errors.get(quantity)?))).collect();
+        let mut before: Option<(usize, f64)> = None;
         for (i, &(row, error)) in curve.iter().enumerate() {
-            let reliable = curve[i..].iter().map(|(_, error)| *error).fold(known_to, larger);
+            let held = curve[i..].iter().map(|(_, error)| *error).fold(known_to, larger);
+            let order = table.highest_order(choice);
+            let allowed = |(level, error): (usize, f64)| error / (order * (row.level - level) as f64).exp2();
+            let reliable = before.map_or(held, |before| larger(held, allowed(before)));
+            before = Some((row.level, reliable));
             points.push(Point { row, error, reliable, best: false });
         }
     }
     let better = |a: &Point, b: &Point| {
-        let faster = a.row.seconds.median < b.row.seconds.median;
-        let as_fast = a.row.seconds.median <= b.row.seconds.median;
+        let faster = a.row.time() < b.row.time();
+        let as_fast = a.row.time() <= b.row.time();
         let sharper = ALIKE * a.reliable < b.reliable;
         (faster && a.reliable <= ALIKE * b.reliable) || (as_fast && sharper)
     };
@@ -48,10 +55,22 @@ pub(super) fn points<'a>(table: &'a Table, quantity: &str) -> Vec<Point<'a>> {
     points
 }
 
-/// The cheapest run with at most this error.
-pub(super) fn cheapest<'p, 'a>(points: &'p [Point<'a>], error: f64) -> Option<&'p Point<'a>> {
-    let good = points.iter().filter(|point| point.reliable <= error);
-    good.min_by(|a, b| a.row.seconds.median.total_cmp(&b.row.seconds.median))
+/// The cheapest run with at most this error, and the others that are as fast: what the clock does not tell apart is ordered
+/// by how near its settings are to the defaults, then by level, so that a second study names the same.
+pub(super) fn cheapest<'p, 'a>(
+    table: &Table,
+    points: &'p [Point<'a>],
+    error: f64,
+) -> Option<(&'p Point<'a>, Vec<&'p Point<'a>>)> {
+    let good = || points.iter().filter(|point| point.reliable <= error);
+    let least = good().map(|point| point.row.time()).min_by(f64::total_cmp)?;
+    let mut tied: Vec<&Point> = good().filter(|point| point.row.time() <= AS_FAST * least).collect();
+    tied.sort_by_key(|point| (table.departures[point.row.choice], point.row.level, point.row.choice));
+    let first = tied.remove(0);
+    // A finer level of the same choice is no alternative.
+    tied.retain(|point| point.row.choice != first.row.choice);
+    tied.dedup_by_key(|point| point.row.choice);
+    Some((first, tied))
 }
 
 /// "For 1 % of peak pressure: level 3, quad8, 0.8 s; ten times more accuracy costs 6 times the time (level 4, ...)."
@@ -61,26 +80,29 @@ pub(super) fn sentence(table: &Table, quantity: &str) -> String {
     let Some(most) = points.iter().min_by(|a, b| a.reliable.total_cmp(&b.reliable)) else {
         return format!("No run has an error of {what} to speak of.");
     };
-    let Some(first) = cheapest(&points, TARGET) else {
+    let Some((first, tied)) = cheapest(table, &points, TARGET) else {
         return format!(
             "1 % of {what} is not reached; the best is {}: {}, {}.",
             percent(most.reliable),
             name(table, most.row),
-            seconds(most.row.seconds.median)
+            seconds(most.row.time())
         );
     };
-    let time = first.row.seconds.median;
+    let time = first.row.time();
     let costs = |point: &Point| {
-        let factor = times(point.row.seconds.median / time);
-        format!("{factor} the time ({}, {})", name(table, point.row), seconds(point.row.seconds.median))
+        let factor = match point.row.time() / time {
+            factor if (1.0 / AS_FAST..AS_FAST).contains(&factor) => "no more time that could be told".into(),
+            factor => format!("{} the time", times(factor)),
+        };
+        format!("{factor} ({}, {})", name(table, point.row), seconds(point.row.time()))
     };
     // The first run may be far better than asked for: ten times more than what it has, then.
     let (has, base) = match first.reliable <= TARGET / MORE {
         true => (format!(", which has {}", percent(first.reliable)), first.reliable),
         false => (String::new(), TARGET),
     };
-    let more = match cheapest(&points, base / MORE) {
-        Some(second) => format!("ten times more accuracy costs {}", costs(second)),
+    let more = match cheapest(table, &points, base / MORE) {
+        Some((second, _)) => format!("ten times more accuracy costs {}", costs(second)),
         None if std::ptr::eq(most.row, first.row) => "none is more accurate".to_string(),
         None => {
             format!(
@@ -90,7 +112,9 @@ pub(super) fn sentence(table: &Table, quantity: &str) -> String {
             )
         }
     };
-    format!("For 1 % of {what}: {}, {}{has}; {more}.", name(table, first.row), seconds(time))
+    let tied: Vec<String> = tied.iter().map(|point| name(table, point.row)).collect();
+    let tied = if tied.is_empty() { String::new() } else { format!(" (as fast: {})", tied.join("; ")) };
+    format!("For 1 % of {what}: {}, {}{tied}{has}; {more}.", name(table, first.row), seconds(time))
 }
 
 /// `level 3, quad8`.
@@ -144,10 +168,49 @@ mod tests {
 
     #[test]
     fn the_cheapest_run_is_the_one_with_the_least_time() {
+        let table = Table::of(Vec::new(), &[""]);
         let rows: Vec<Row> = [3.0, 1.0, 2.0].map(Row::of_time).into();
         let points = [point(&rows[0], 1e-4), point(&rows[1], 1e-2), point(&rows[2], 1e-3)];
-        let time = |error| cheapest(&points, error).map(|point| point.row.seconds.median);
+        let time = |error| cheapest(&table, &points, error).map(|(point, _)| point.row.time());
         assert_eq!([time(0.1), time(5e-3), time(1e-4), time(1e-5)], [Some(1.0), Some(2.0), Some(3.0), None]);
+    }
+
+    /// Three choices within the scatter of the clock: whichever of them was fastest this time, the defaults are named.
+    #[test]
+    fn ties_go_to_the_defaults_and_are_named() {
+        for times in [[1.0, 1.05, 1.1], [1.1, 1.0, 1.2], [1.2, 1.15, 1.0]] {
+            let mut rows: Vec<Row> = times.map(Row::of_time).into();
+            rows.iter_mut().enumerate().for_each(|(i, row)| row.choice = i);
+            rows.iter_mut().for_each(|row| {
+                row.errors.insert("q.force".into(), 5e-3);
+            });
+            let mut table = Table::of(rows, &["tri3", "quad4", "quad8"]);
+            table.departures = vec![1, 0, 1];
+            let text = sentence(&table, "q.force");
+            assert!(text.starts_with("For 1 % of force: level 0, quad4, "), "{text}");
+            assert!(text.contains("(as fast: level 0, tri3; level 0, quad8)"), "{text}");
+        }
+    }
+
+    /// An error that changes its sign on one level is near zero there, by chance, on the finest level too.
+    #[test]
+    fn a_mesh_that_is_right_by_chance_does_not_count() {
+        let errors = [0.04, 1e-6, 0.01, 1e-7];
+        let rows: Vec<Row> = errors
+            .iter()
+            .enumerate()
+            .map(|(level, error)| {
+                let mut row = Row::of_time(1.0 + level as f64);
+                row.level = level;
+                row.errors.insert("q.force".into(), *error);
+                row
+            })
+            .collect();
+        let table = Table::of(rows, &[""]);
+        let reliable: Vec<f64> = points(&table, "q.force").iter().map(|p| p.reliable).collect();
+        // The elements are of degree 1: an order of 2.25 at most.
+        assert_eq!(reliable[..3], [0.04, 0.01, 0.01]);
+        assert!((reliable[3] / (0.01 / 2f64.powf(2.25)) - 1.0).abs() < 1e-12, "{reliable:?}");
     }
 
     #[test]

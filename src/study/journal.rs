@@ -1,10 +1,9 @@
 //! The runs that are done, on disk, so that a study that was interrupted goes on where it was.
 use super::run::Measured;
-use crate::{Error, Result};
+use crate::{Error, Result, stable_hash::StableHash};
 use serde::{Deserialize, Serialize};
 use std::{
     fs,
-    hash::{DefaultHasher, Hash, Hasher},
     io::Write,
     path::{Path, PathBuf},
 };
@@ -38,9 +37,9 @@ pub(super) enum Found {
     Nothing,
     /// Its runs are kept.
     Same,
-    /// It is of another case, or of another kontakt: its runs are gone.
+    /// It is of another case: its runs are kept beside, for when that case comes back.
     OtherCase,
-    /// Likewise.
+    /// It is of another kontakt.
     OtherProgram,
 }
 
@@ -56,34 +55,65 @@ impl Header {
         let executable = std::env::current_exe()
             .and_then(fs::read)
             .map_err(|e| Error::internal(format!("own executable: {e}")))?;
-        let mut hasher = DefaultHasher::new();
-        executable.hash(&mut hasher);
-        let program = format!("{} {:016x}", env!("CARGO_PKG_VERSION"), hasher.finish());
+        let hash = StableHash::new().bytes(&executable).finish();
+        let program = format!("{} {hash:016x}", env!("CARGO_PKG_VERSION"));
         Ok(Header { case: format!("{fingerprint:016x}"), program, options: options.to_vec() })
     }
 }
 
-impl Journal {
-    /// Opens the journal of a directory, or begins a new one.
-    pub fn open(directory: &Path, header: &Header, fresh: bool) -> Result<(Journal, Found)> {
-        let path = directory.join(JOURNAL);
-        let text = if fresh { String::new() } else { fs::read_to_string(&path).unwrap_or_default() };
-        let mut lines = text.lines();
-        let old = lines.next().and_then(|line| serde_json::from_str::<Header>(line).ok());
-        let found = match old {
+impl Header {
+    /// Where a journal with this header is set aside.
+    fn file_name(&self) -> String {
+        let options = self.options.iter().map(String::as_bytes);
+        let hash = options.fold(StableHash::new().field(self.case.as_bytes()), StableHash::field);
+        format!("runs-{:016x}.jsonl", hash.finish())
+    }
+}
+
+impl Found {
+    fn of(text: &str, header: &Header) -> Found {
+        match header_of(text) {
             None => Found::Nothing,
             Some(old) if old == *header => Found::Same,
             Some(old) if old.program != header.program => Found::OtherProgram,
             Some(_) => Found::OtherCase,
-        };
+        }
+    }
+}
+
+fn header_of(journal: &str) -> Option<Header> {
+    serde_json::from_str(journal.lines().next()?).ok()
+}
+
+/// Keeps the runs of another input under a name of their own; without runs there is nothing to keep.
+fn set_aside(directory: &Path, journal: &str) -> Result<()> {
+    let Some(old) = header_of(journal).filter(|_| journal.lines().count() > 1) else { return Ok(()) };
+    crate::output::write_complete(&directory.join(old.file_name()), journal.as_bytes())
+}
+
+impl Journal {
+    /// Opens the journal of a directory, or begins a new one. One of another case is set aside, not lost.
+    pub fn open(directory: &Path, header: &Header, fresh: bool) -> Result<(Journal, Found)> {
+        let path = directory.join(JOURNAL);
+        let mut text = fs::read_to_string(&path).unwrap_or_default();
+        let mut found = Found::of(&text, header);
+        if header_of(&text).is_some_and(|old| old.case != header.case || old.options != header.options) {
+            set_aside(directory, &text)?;
+            let own = fs::read_to_string(directory.join(header.file_name())).unwrap_or_default();
+            if Found::of(&own, header) == Found::Same {
+                (text, found) = (own, Found::Same);
+            }
+        }
         // A line that a kill has cut short is no run.
-        let kept: Vec<&str> = lines
-            .filter(|line| found == Found::Same && serde_json::from_str::<Entry>(line).is_ok())
+        let kept: Vec<&str> = text
+            .lines()
+            .skip(1)
+            .filter(|line| !fresh && found == Found::Same && serde_json::from_str::<Entry>(line).is_ok())
             .collect();
         let entries = kept.iter().filter_map(|line| serde_json::from_str(line).ok()).collect();
-        let mut text = serde_json::to_string(header).map_err(Error::internal)? + "\n";
-        kept.iter().for_each(|line| text.extend([line, "\n"]));
-        crate::output::write_complete(&path, text.as_bytes())?;
+        let mut new = serde_json::to_string(header).map_err(Error::internal)? + "\n";
+        kept.iter().for_each(|line| new.extend([line, "\n"]));
+        crate::output::write_complete(&path, new.as_bytes())?;
         Ok((Journal { path, entries }, found))
     }
 
@@ -132,8 +162,14 @@ mod tests {
         assert_eq!(found, Found::Same);
         assert_eq!(journal.get("a", 0).map(|m| m.cpu_seconds), Some(2.0));
         assert!(journal.get("b", 0).is_none() && journal.get("a", 1).is_none());
-        let other = Header { case: "d".into(), ..header };
+        let other = Header { case: "d".into(), ..header.clone() };
         let (journal, found) = Journal::open(directory.path(), &other, false).unwrap();
         assert_eq!((found, journal.all("a").count()), (Found::OtherCase, 0));
+        // The first case comes back to its runs; another program has none of them.
+        let (journal, found) = Journal::open(directory.path(), &header, false).unwrap();
+        assert_eq!((found, journal.all("a").count()), (Found::Same, 1));
+        let other = Header { program: "q".into(), ..header };
+        let (journal, found) = Journal::open(directory.path(), &other, false).unwrap();
+        assert_eq!((found, journal.all("a").count()), (Found::OtherProgram, 0));
     }
 }

@@ -8,13 +8,14 @@ mod page;
 mod plan;
 mod progress;
 mod quantity;
+mod reference;
 mod richardson;
 mod run;
 mod table;
 
 use crate::{
     Error, Result,
-    output::{Precision, PrecisionCurve, PrecisionPoint, write_complete},
+    output::{Lock, Precision, PrecisionCurve, PrecisionPoint, write_complete},
 };
 use journal::{Found, Header, Journal};
 use page::Page;
@@ -44,6 +45,8 @@ pub struct Request {
     pub page: Option<PathBuf>,
     /// Measure everything again.
     pub fresh: bool,
+    /// More ranks than cores are wanted.
+    pub oversubscribe: bool,
     /// The command line, for the page.
     pub command: String,
 }
@@ -60,14 +63,15 @@ pub fn study(request: &Request) -> Result<i32> {
     let plan = Plan::new(request)?;
     let known = exact::known(&plan.case)?;
     let directory = directory(request, &plan);
-    std::fs::create_dir_all(&directory).map_err(|e| {
-        Error::input(format!("cannot write to the results directory {}: {e}", directory.display()))
-    })?;
+    let _lock = Lock::take(&directory)?;
     let header = Header::new(plan.case.fingerprint, &request.petsc_options)?;
     let (mut journal, found) = Journal::open(&directory, &header, request.fresh)?;
     match found {
         Found::OtherCase => {
-            eprintln!("the case has changed since the runs in {}: all anew", directory.display())
+            eprintln!(
+                "the case has changed since the runs in {}: those are kept, all anew",
+                directory.display()
+            )
         }
         Found::OtherProgram => {
             eprintln!("the runs in {} are of another build of kontakt: all anew", directory.display());
@@ -191,18 +195,20 @@ fn diagram(plan: &Plan, table: &Table, quantity: &str) -> Precision {
         },
         points: points
             .iter()
-            .filter(|point| point.row.choice == choice && point.row.seconds.median.is_finite())
+            .filter(|point| point.row.choice == choice && point.row.time().is_finite())
             .map(|point| PrecisionPoint {
                 level: point.row.level,
-                seconds: [point.row.seconds.low, point.row.seconds.median, point.row.seconds.high],
+                seconds: [point.row.time(), point.row.process.high.max(point.row.time())],
                 error: point.error,
                 best: point.best,
             })
             .collect(),
     };
     Precision {
-        title: format!("{}: error of {what} over time", plan.case.title),
-        time: "seconds of a run (numbers: level of refinement)".into(),
+        title: plan.case.title.clone(),
+        subject: format!(": error of {what} over time"),
+        time: "wall seconds of the process, least of the repetitions (numbers: level of refinement)".into(),
+        fixed: table.start_up(),
         error: format!("relative error of {what}"),
         curves: (0..table.labels.len()).map(curve).filter(|curve| !curve.points.is_empty()).collect(),
         known_to: table.references[quantity].known_to,

@@ -1,8 +1,9 @@
 //! The page about a study, in Markdown, and what is printed at its end.
 use super::front::{Point, cheapest, name, percent, points, seconds, sentence};
 use super::quantity::{norm, spoken};
+use super::reference::Reference;
 use super::richardson::{Behaviour, LOWEST_ORDER, Limit};
-use super::table::{ROUND_OFF, Reference, Row, Table};
+use super::table::{ROUND_OFF, Row, Table};
 use crate::vector::smaller;
 use std::fmt::Write;
 
@@ -11,6 +12,10 @@ const TARGETS: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
 
 /// Largest over smallest time of a run from which on the times are not to be trusted.
 const SCATTER: f64 = 2.0;
+
+/// Change on the finest level from which on a quantity may have no limit: a pressure that grows with the logarithm of the cell
+/// changes by several per cent from level to level, one with a power of it by more.
+const WITHOUT_LIMIT: f64 = 1e-2;
 
 /// What the page is about.
 pub(super) struct Page<'a> {
@@ -66,9 +71,9 @@ impl Page<'_> {
         );
         let mut before: Option<&Row> = None;
         for target in TARGETS {
-            let Some(Point { row, .. }) = cheapest(&points, target) else { break };
+            let Some((Point { row, .. }, tied)) = cheapest(self.table, &points, target) else { break };
             // A run that has more than the next accuracy is named for the best it has.
-            let next = cheapest(&points, target / 10.0).map(|point| point.row);
+            let next = cheapest(self.table, &points, target / 10.0).map(|(point, _)| point.row);
             if next.is_some_and(|next| std::ptr::eq(next, *row))
                 || before.is_some_and(|b| std::ptr::eq(b, *row))
             {
@@ -79,10 +84,14 @@ impl Page<'_> {
                 text,
                 "| {} | {} | {} | {} | {} | {:.0} MB |",
                 round_percent(target),
-                name(self.table, row),
+                std::iter::once(*row)
+                    .chain(tied.iter().map(|point| point.row))
+                    .map(|row| name(self.table, row))
+                    .collect::<Vec<_>>()
+                    .join("; as fast: "),
                 count(row.dofs()),
-                seconds(row.seconds.median),
-                seconds(row.cpu.median),
+                seconds(row.time()),
+                seconds(row.cpu.low),
                 row.memory
             );
         }
@@ -121,15 +130,24 @@ impl Page<'_> {
                 let keys = ["contact_pressure", "energy"].into_iter().filter(|key| estimated(key));
                 cells.extend(keys.map(|key| percent(row.number(&["error_estimate", key]))));
             }
-            cells.push(seconds(row.seconds.median));
-            cells.push(format!("{} .. {}", seconds(row.seconds.low), seconds(row.seconds.high)));
-            cells.push(seconds(row.cpu.median));
+            let starved = if row.starved() { "*" } else { "" };
+            cells.push(format!("{}{starved}", seconds(row.time())));
+            cells.push(format!("{} .. {}", seconds(row.process.low), seconds(row.process.high)));
+            cells.push(seconds(row.cpu.low));
             cells.push(if row.memory.is_nan() { "–".into() } else { format!("{:.0} MB", row.memory) });
             let _ = writeln!(text, "| {} |", cells.join(" | "));
         }
-        text + "\nTime: wall seconds of a run without the start-up of MPI, median and range of the repetitions. CPU: processor \
-            seconds of all its processes, start-up included, median. Memory: peak, all ranks. Level n: every element of the \
-            case's mesh split into four, n times. Order: of the error, from the level before.\n\n"
+        let start_up = table.start_up().map_or_else(String::new, |s| {
+            format!(", the {} in which MPI and the program start included", seconds(s))
+        });
+        let _ = write!(
+            text,
+            "\nTime: wall seconds of the process{start_up}, the least of the repetitions, for other work on the machine only adds \
+             to it; with * the processor seconds of a rank, where the run waited for its turn. From .. to: wall seconds of the \
+             repetitions. CPU: processor seconds of all processes of the run, the least. Memory: peak, all ranks. Level n: every \
+             element of the case's mesh split into four, n times. Order: of the error, from the level before.\n\n"
+        );
+        text
     }
 
     /// What every quantity is measured against, and its orders.
@@ -198,17 +216,46 @@ impl Page<'_> {
             let error = row.error_text.as_ref().map_or_else(String::new, |error| format!(": {error}"));
             warnings.push(format!("{}: {}{error}; not in the curves.", name(table, row), row.ending));
         }
-        let scattered = table.rows.iter().filter(|row| row.seconds.high > SCATTER * row.seconds.low).count();
+        let of_rows = |rows: usize| format!("{rows} of {} rows", table.rows.len());
+        let scattered = table.rows.iter().filter(|row| row.process.high > SCATTER * row.process.low).count();
         if scattered > 0 {
             warnings.push(format!(
-                "The times of {scattered} of {} rows scatter by more than a factor of {SCATTER}: the machine had other work. CPU \
-                 seconds are steadier; `--fresh` measures again.",
-                table.rows.len()
+                "The times of {} scatter by more than a factor of {SCATTER}: the machine had other work. The least of them counts; \
+                 `--fresh` measures again.",
+                of_rows(scattered)
+            ));
+        }
+        let starved = table.rows.iter().filter(|row| row.starved()).count();
+        if starved > 0 {
+            warnings.push(format!(
+                "The runs of {} waited for the machine longer than they worked: their processor seconds stand for their time.",
+                of_rows(starved)
+            ));
+        }
+        let unresolved = table.unresolved();
+        if let Some((row, pair)) = unresolved.first() {
+            warnings.push(format!(
+                "{}: fewer than {} nodes of {pair} are in contact ({} in all): what happens there depends on the mesh, and no \
+                 limit is taken from such levels.",
+                name(table, row),
+                crate::record::RESOLVED_NODES,
+                of_rows(unresolved.len())
             ));
         }
         for quantity in &table.names {
             let reference = &table.references[quantity];
             let Some((choice, limit)) = &reference.limit else { continue };
+            if let Some((other, away)) = reference.conflict {
+                warnings.push(format!(
+                    "{quantity}: the limits of {} and {} contradict each other: they are {} apart, more than both claim; the \
+                     reference, that of {}, is known to {} at best.",
+                    table.labels[*choice],
+                    table.labels[other],
+                    percent(away),
+                    table.labels[*choice],
+                    percent(reference.known_to)
+                ));
+            }
             if reference.exact {
                 if reference.known_to > 0.0 {
                     warnings.push(format!(
@@ -240,9 +287,14 @@ fn not_asymptotic(limit: &Limit) -> Option<String> {
         Behaviour::Oscillating => {
             Some("the finest levels oscillate, the last one stands for the limit".into())
         }
-        Behaviour::Slow => Some(format!(
+        Behaviour::Slow if limit.change > WITHOUT_LIMIT => Some(format!(
             "not asymptotic: order {order:.1} on the finest levels, below {LOWEST_ORDER}; it may have no limit, as at a sharp \
              corner, and the finest level stands for it"
+        )),
+        Behaviour::Slow => Some(format!(
+            "not asymptotic: the finest levels differ by {} only, but by no less than those before; the finest one stands for \
+             the limit",
+            percent(limit.change)
         )),
         Behaviour::Erratic => Some(format!(
             "not asymptotic: order {order:.1} on the finest levels, and another one on those before; finer levels are needed"

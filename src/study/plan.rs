@@ -31,6 +31,26 @@ pub(super) struct Choice {
     pub ranks: usize,
 }
 
+impl Choice {
+    /// Settings that are none of kontakt's defaults.
+    pub fn departures(&self) -> usize {
+        let departs = |value: &Option<String>, default: &str| {
+            value.as_ref().is_some_and(|value| value.trim_matches('"') != default)
+        };
+        let settings = [
+            departs(&self.element, "quad4"),
+            departs(&self.driver, "active set"),
+            departs(&self.weights, "response"),
+            departs(&self.transfer, "mortar"),
+            departs(&self.tolerance, "auto"),
+            departs(&self.response, "automatic"),
+            departs(&self.solver, ""),
+            self.ranks != 1,
+        ];
+        settings.into_iter().filter(|departs| *departs).count()
+    }
+}
+
 /// A run of the study, apart from its repetitions.
 #[derive(Debug, Clone)]
 pub(super) struct Run {
@@ -91,6 +111,7 @@ impl Plan {
         let case = read(&[&sets[..], &request.flags[..]].concat())?;
         let study = case.study.clone();
         refuse(&case, &study)?;
+        refuse_ranks(&study, request.oversubscribe)?;
         let (choices, left_out) = choices(&case, &study)?;
         let (mut runs, mut all_elements) = (Vec::new(), Vec::new());
         for (choice, choice_of) in choices.iter().enumerate() {
@@ -166,6 +187,22 @@ fn refuse(case: &Case, study: &StudyCase) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+/// More ranks than cores measure how they wait for each other, and a slip of the pen starts a thousand processes.
+fn refuse_ranks(study: &StudyCase, forced: bool) -> Result<()> {
+    let cores = cores();
+    match study.ranks.iter().max() {
+        Some(&most) if most > cores && !forced => Err(Error::input(format!(
+            "study.ranks: {most} was given; this machine has {cores} cores for the study (--oversubscribe runs it nevertheless)"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Cores that this process may use.
+pub(super) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 fn choices(case: &Case, study: &StudyCase) -> Result<(Vec<Choice>, usize)> {

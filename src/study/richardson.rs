@@ -22,6 +22,15 @@ pub(super) struct Limit {
     pub uncertainty: f64,
     pub order: Option<f64>,
     pub behaviour: Behaviour,
+    /// From the second finest level to the finest, relative.
+    pub change: f64,
+}
+
+impl Limit {
+    /// True if the finest level stands for the limit: it is no judge of itself.
+    pub fn is_finest_level(&self) -> bool {
+        matches!(self.behaviour, Behaviour::Settled | Behaviour::Oscillating | Behaviour::Slow)
+    }
 }
 
 /// How the three finest levels behave.
@@ -73,8 +82,9 @@ fn extrapolate(levels: &[(usize, &[f64])], highest: f64) -> Option<Limit> {
     }
     let (d1, d2) = (difference(f1, f0), difference(f2, f1));
     let (n1, n2) = (norm(&d1) / scale, norm(&d2) / scale);
-    let finest =
-        |behaviour, order, uncertainty| Some(Limit { values: f2.to_vec(), uncertainty, order, behaviour });
+    let finest = |behaviour, order, uncertainty| {
+        Some(Limit { values: f2.to_vec(), uncertainty, order, behaviour, change: n2 })
+    };
     if n2 <= ROUND_OFF {
         return finest(Behaviour::Settled, None, n2);
     }
@@ -89,8 +99,15 @@ fn extrapolate(levels: &[(usize, &[f64])], highest: f64) -> Option<Limit> {
     }
     let factor = 1.0 / ((order * step as f64).exp2() - 1.0);
     let values = f2.iter().zip(&d2).map(|(f, d)| f + factor * d).collect();
-    let behaviour = if order > highest { Behaviour::Fast } else { Behaviour::Asymptotic };
-    Some(Limit { values, uncertainty: rest(order), order: Some(order), behaviour })
+    if order <= highest {
+        let behaviour = Behaviour::Asymptotic;
+        return Some(Limit { values, uncertainty: rest(order), order: Some(order), behaviour, change: n2 });
+    }
+    // The last difference is small by chance, as where the error changes its sign: no less is left than the highest order
+    // leaves of the difference before.
+    let gain = (highest * step as f64).exp2();
+    let uncertainty = n2.max(n1 / gain / (gain - 1.0));
+    Some(Limit { values, uncertainty, order: Some(order), behaviour: Behaviour::Fast, change: n2 })
 }
 
 /// Order between two levels from their errors.
@@ -129,6 +146,15 @@ mod tests {
     fn the_limit_is_within_its_uncertainty() {
         let limit = limit_of(|h| 1.0 + 0.3 * h.powi(2) + 0.2 * h.powi(3), &[1, 2, 3, 4]).unwrap();
         assert!((limit.values[0] - 1.0).abs() <= limit.uncertainty && limit.uncertainty < 1e-3, "{limit:?}");
+    }
+
+    /// The error changes its sign between the finest levels: nothing is known to their difference.
+    #[test]
+    fn a_zero_crossing_is_no_accuracy() {
+        let values = |f: [f64; 3]| limit_of(move |h| f[h.log2().abs() as usize], &[0, 1, 2]).unwrap();
+        let limit = values([1.1, 1.001, 1.0009]);
+        assert_eq!(limit.behaviour, Behaviour::Fast);
+        assert!(limit.uncertainty >= 1e-4, "{limit:?}");
     }
 
     #[test]

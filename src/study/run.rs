@@ -1,6 +1,9 @@
 //! A run of the study: a process of its own, so that what it costs is its own and nothing it does stops the study.
-use super::{Request, plan::Run};
-use crate::{Error, Result, output::SUMMARY};
+use super::{
+    Request,
+    plan::{Run, cores},
+};
+use crate::{Error, Result, output::SUMMARY, parallel::bind_to_parent};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{
@@ -12,15 +15,17 @@ use std::{
 use wait4::Wait4;
 
 /// What makes mpirun usable in containers, as root, and with more ranks than cores; the user's own settings go before.
-const ENVIRONMENT: [(&str, &str); 7] = [
+const ENVIRONMENT: [(&str, &str); 6] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
     ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
     ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-    ("OMPI_MCA_mpi_yield_when_idle", "1"),
     ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
     ("OMP_NUM_THREADS", "1"),
 ];
+/// Whether ranks that wait leave the core to others. Where every rank has its core, one that yields beside other work hardly
+/// gets its turn again: the study decides, whatever the shell has set.
+const YIELD: &str = "OMPI_MCA_mpi_yield_when_idle";
 /// Set by mpirun for its own processes: what they start would take itself for one of them.
 const OF_MPIRUN: [&str; 4] = ["OMPI_", "PMIX_", "PRTE_", "ORTE_"];
 /// Set in every process that mpirun starts.
@@ -72,9 +77,10 @@ pub(super) fn measure(request: &Request, run: &Run, directory: &Path) -> Result<
     if let Some(variant) = &request.variant {
         command.args(["--variant", variant]);
     }
-    command.args(run.sets.iter().flat_map(|set| ["--set", set])).arg("--out").arg(directory);
+    command.args(run.sets.iter().map(|set| format!("--set={set}"))).arg("--out").arg(directory);
     command.args(&request.petsc_options);
-    environment(&mut command);
+    environment(&mut command, run.ranks);
+    bind_to_parent(&mut command);
     let start = Instant::now();
     let child = command
         .stdin(Stdio::null())
@@ -92,7 +98,7 @@ pub(super) fn measure(request: &Request, run: &Run, directory: &Path) -> Result<
     Ok(Measured { process_seconds, cpu_seconds, exit: ended.status.code(), summary, error })
 }
 
-fn environment(command: &mut Command) {
+fn environment(command: &mut Command, ranks: usize) {
     if std::env::var_os(RANKS_VARIABLE).is_some() {
         for (name, _) in std::env::vars_os() {
             if OF_MPIRUN.iter().any(|prefix| name.to_string_lossy().starts_with(prefix)) {
@@ -106,6 +112,7 @@ fn environment(command: &mut Command) {
             command.env(name, value);
         }
     }
+    command.env(YIELD, if ranks > cores() { "1" } else { "0" });
 }
 
 fn first_error(log: &str) -> Option<String> {

@@ -1,11 +1,11 @@
 //! The results of a study: a row for each choice and level, errors, orders, and what they were measured against.
 use super::exact::Known;
 use super::journal::Journal;
-use super::plan::{Elements, Plan};
+use super::plan::{Choice, Elements, Plan};
 use super::quantity::{Quantity, difference, norm, quantities};
-use super::richardson::{Behaviour, Limit, limit, order_of_errors};
+use super::reference::{Reference, Sequence};
+use super::richardson::{Limit, limit, order_of_errors};
 use super::run::Measured;
-use crate::vector::smaller;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -14,6 +14,11 @@ pub(super) const ROUND_OFF: f64 = 1e-9;
 /// Largest order of a quantity, over the order of the element's shape functions: twice for energies, and a little for what
 /// is not yet asymptotic.
 const HIGHEST_ORDER: f64 = 2.25;
+
+/// Wall time over processor time of a rank from which on a run has waited rather than worked, and the seconds that starting
+/// mpirun waits by itself.
+const STARVED: f64 = 2.0;
+const START_UP_WAIT: f64 = 1.0;
 
 /// Median, smallest and largest of the repetitions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,25 +57,14 @@ pub(super) struct Row {
     pub orders: BTreeMap<String, f64>,
 }
 
-/// What the errors of a quantity are measured against.
-#[derive(Debug, Clone)]
-pub(super) struct Reference {
-    pub unit: &'static str,
-    pub values: Vec<f64>,
-    /// True: `[exact]`; false: the limit below.
-    pub exact: bool,
-    /// Limit of the finest levels of the best choice, and its index.
-    pub limit: Option<(usize, Limit)>,
-    /// Errors below this say nothing.
-    pub known_to: f64,
-}
-
 /// All results.
 pub(super) struct Table {
     /// Of the choices; empty if there is one only.
     pub labels: Vec<String>,
     /// Of the choices.
     pub elements: Vec<Elements>,
+    /// Of the choices: how many of their settings are none of kontakt's defaults.
+    pub departures: Vec<usize>,
     /// By choice, then level.
     pub rows: Vec<Row>,
     /// By quantity.
@@ -94,6 +88,35 @@ impl Row {
         responses.sort_unstable();
         responses.dedup();
         responses.join("+")
+    }
+
+    /// Seconds that the study reckons with: wall time of the process, the least of the repetitions, for what else the machine
+    /// does only adds to it. Where that is far above what the processors have worked, the run has waited for a turn: their
+    /// share then.
+    pub fn time(&self) -> f64 {
+        if self.starved() { self.cpu.low / self.ranks as f64 } else { self.process.low }
+    }
+
+    /// True if the run has waited for the machine more than it has worked.
+    pub fn starved(&self) -> bool {
+        self.process.low > STARVED * self.cpu.low / self.ranks as f64 + START_UP_WAIT
+    }
+
+    /// Seconds of the process that are not of the solution: the start of MPI and of the program.
+    pub fn start_up(&self) -> f64 {
+        self.process.low - self.seconds.low
+    }
+
+    /// The pair that fewer nodes carry than make a pressure, if there is one: what it gives depends on the mesh, and is the
+    /// same on all only by chance. A surface that is all in contact has its pressure at any number.
+    pub fn unresolved(&self) -> Option<String> {
+        let pairs = self.summary["pairs"].as_array()?;
+        let few = |pair: &&Value| {
+            let count = |key: &str| pair[key].as_u64().unwrap_or(0);
+            (1..crate::record::RESOLVED_NODES).contains(&count("active"))
+                && count("active") < count("candidates")
+        };
+        Some(pairs.iter().find(few)?["name"].as_str()?.to_string())
     }
 
     /// Unknowns of all bodies.
@@ -122,6 +145,7 @@ impl Table {
         let mut table = Table {
             labels: plan.labels(),
             elements: plan.elements.clone(),
+            departures: plan.choices.iter().map(Choice::departures).collect(),
             rows,
             references: BTreeMap::new(),
             limits: BTreeMap::new(),
@@ -147,46 +171,32 @@ impl Table {
 
     /// Reference, errors and orders of a quantity.
     fn judge(&mut self, name: &str, known: Option<&Vec<f64>>) {
-        let mut best: Option<(usize, f64, Limit)> = None;
+        let mut sequences = Vec::new();
         for choice in 0..self.labels.len() {
-            let sequence: Vec<(usize, &[f64])> =
-                self.curve(choice).filter_map(|row| Some((row.level, row.value(name)?))).collect();
-            let Some(limit) = limit(&sequence, self.highest_order(choice)) else { continue };
-            let tolerance = self.curve(choice).last().map_or(f64::INFINITY, |row| row.number(&["tolerance"]));
-            let rank = |limit: &Limit, tolerance: f64| {
-                let good = matches!(limit.behaviour, Behaviour::Asymptotic | Behaviour::Settled);
-                (!good, tolerance, limit.uncertainty)
-            };
-            let new = rank(&limit, tolerance);
-            if best.as_ref().is_none_or(|(_, tolerance, old)| new < rank(old, *tolerance)) {
-                best = Some((choice, tolerance, limit.clone()));
-            }
-            self.limits.insert((name.to_string(), choice), limit);
+            let rows: Vec<&Row> = self.curve(choice).filter(|row| row.value(name).is_some()).collect();
+            let resolved: Vec<(usize, &[f64])> = rows
+                .iter()
+                .filter(|row| row.unresolved().is_none())
+                .filter_map(|row| Some((row.level, row.value(name)?)))
+                .collect();
+            let Some(mut limit) = limit(&resolved, self.highest_order(choice)) else { continue };
+            // What the alternation leaves is in every value.
+            let tolerance = rows.last().map_or(f64::NAN, |row| row.number(&["tolerance"]));
+            limit.uncertainty = if tolerance > limit.uncertainty { tolerance } else { limit.uncertainty };
+            let finest = rows.last().and_then(|row| row.value(name)).unwrap_or_default().to_vec();
+            self.limits.insert((name.to_string(), choice), limit.clone());
+            sequences.push(Sequence { choice, limit, finest });
         }
-        let limit = best.map(|(choice, _, limit)| (choice, self.compared(name, choice, limit)));
         let unit =
             self.rows.iter().flat_map(|row| &row.quantities).find(|q| q.name == name).map_or("", |q| q.unit);
-        let values = match (known, &limit) {
-            (Some(known), _) => known.clone(),
-            (None, Some((_, limit))) => limit.values.clone(),
-            (None, None) => return,
-        };
-        let scale = norm(&values);
-        if scale == 0.0 {
-            return;
-        }
-        let known_to = match (known, &limit) {
-            (None, Some((_, limit))) => limit.uncertainty,
-            // A closed form that the meshes do not tend to is no better than its distance from their limit.
-            (Some(known), Some((_, limit))) if limit.behaviour == Behaviour::Asymptotic => {
-                let away = norm(&difference(known, &limit.values)) / scale;
-                if away > limit.uncertainty { away } else { 0.0 }
-            }
-            _ => 0.0,
-        };
-        for row in &mut self.rows {
-            if let (true, Some(value)) = (row.converged, row.value(name)) {
-                let error = norm(&difference(value, &values)) / scale;
+        let Some(reference) = Reference::new(known, &sequences, unit) else { return };
+        let scale = norm(&reference.values);
+        // The finest level of a sequence without an order stands for the limit.
+        let own = reference.limit.as_ref().filter(|(_, limit)| !reference.exact && limit.is_finest_level());
+        let own = own.and_then(|(choice, _)| Some((*choice, self.curve(*choice).last()?.level)));
+        for row in self.rows.iter_mut().filter(|row| row.converged && own != Some((row.choice, row.level))) {
+            if let Some(value) = row.value(name) {
+                let error = norm(&difference(value, &reference.values)) / scale;
                 row.errors.insert(name.to_string(), error);
             }
         }
@@ -202,25 +212,26 @@ impl Table {
                 }
             }
         }
-        let reference = Reference { unit, values, exact: known.is_some(), limit, known_to };
         self.references.insert(name.to_string(), reference);
     }
 
-    /// The limit of a choice, no better known than the nearest limit of another choice says: elements of different kinds
-    /// have one limit.
-    fn compared(&self, name: &str, choice: usize, limit: Limit) -> Limit {
-        let good = |other: &Limit| other.behaviour == Behaviour::Asymptotic;
-        let away = |other: &Limit| norm(&difference(&other.values, &limit.values)) / norm(&limit.values);
-        let others = (0..self.labels.len()).filter(|other| *other != choice);
-        let others = others.filter_map(|other| self.limits.get(&(name.to_string(), other)));
-        let nearest = others.filter(|other| good(other)).map(away).fold(f64::INFINITY, smaller);
-        let uncertainty =
-            if nearest.is_finite() { limit.uncertainty.max(nearest) } else { limit.uncertainty };
-        Limit { uncertainty, ..limit }
+    /// The least seconds in which MPI and the program start, if any run says so.
+    pub fn start_up(&self) -> Option<f64> {
+        let all = self.rows.iter().filter(|row| !row.starved()).map(Row::start_up);
+        all.filter(|s| s.is_finite() && *s > 0.0).min_by(f64::total_cmp)
+    }
+
+    /// Levels, by choice, that have no limit because too few nodes carry a pair.
+    pub fn unresolved(&self) -> Vec<(&Row, String)> {
+        self.rows
+            .iter()
+            .filter(|row| row.converged)
+            .filter_map(|row| Some((row, row.unresolved()?)))
+            .collect()
     }
 
     /// The largest order that a quantity can have with the elements of a choice.
-    fn highest_order(&self, choice: usize) -> f64 {
+    pub fn highest_order(&self, choice: usize) -> f64 {
         HIGHEST_ORDER * self.elements[choice].degree as f64
     }
 }
@@ -294,6 +305,43 @@ mod tests {
                 orders: BTreeMap::new(),
             }
         }
+    }
+
+    impl Table {
+        /// Rows of choices with linear elements, without references.
+        pub fn of(rows: Vec<Row>, labels: &[&str]) -> Table {
+            Table {
+                labels: labels.iter().map(|label| label.to_string()).collect(),
+                elements: vec![Elements { degree: 1, ..Elements::default() }; labels.len()],
+                departures: vec![0; labels.len()],
+                rows,
+                references: BTreeMap::new(),
+                limits: BTreeMap::new(),
+                names: Vec::new(),
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_that_waited_for_the_machine_is_judged_by_its_work() {
+        let of = |wall: f64, cpu: f64, ranks: usize| {
+            let row = Row::of_time(wall);
+            Row { cpu: spread(vec![cpu]), ranks, ..row }
+        };
+        assert_eq!((of(28.8, 1.0, 1).time(), of(28.8, 1.0, 1).starved()), (1.0, true));
+        assert_eq!((of(0.6, 0.1, 1).time(), of(5.0, 9.8, 2).time()), (0.6, 5.0));
+        assert_eq!(of(30.0, 4.0, 2).time(), 2.0);
+    }
+
+    #[test]
+    fn few_nodes_in_contact_are_told_from_a_surface_that_is_all_in_contact() {
+        let row = |active: u64, candidates: u64| {
+            let summary =
+                serde_json::json!({ "pairs": [{ "name": "p", "active": active, "candidates": candidates }] });
+            Row { summary, ..Row::of_time(1.0) }.unresolved()
+        };
+        assert_eq!([row(1, 9), row(2, 9)], [Some("p".to_string()), Some("p".to_string())]);
+        assert_eq!([row(0, 9), row(3, 9), row(2, 2)], [None, None, None]);
     }
 
     #[test]

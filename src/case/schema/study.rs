@@ -119,14 +119,20 @@ Combinations that do not exist (weights without the relaxed driver, mortar with 
             ABSENT,
             "`solver` of all bodies: PETSc options, with their tolerances.",
         ),
-        key("ranks", Either("array of integers > 0", D::NUMBER), is("[1]"), "Numbers of ranks."),
-        key("repeat", Count, is("3"), "Runs of each kind, for the median of their times."),
+        key(
+            "ranks",
+            Either("array of integers > 0", D::NUMBER),
+            is("[1]"),
+            "Numbers of ranks; more than the machine has cores only with `--oversubscribe`.",
+        ),
+        key("repeat", Count, is("3"), "Runs of each kind; the least of their times counts."),
         key(
             "quantity",
             Text,
             is("the first peak pressure, or else the first probe"),
             "What accuracy is judged by: `PAIR.peak_pressure`, `PAIR.force`, `PAIR.contact_length`, \
-`PROBE.displacement`, `PROBE.stress`.",
+`PROBE.displacement`, `PROBE.stress` (the norm of the difference), their components alone (`PROBE.displacement.y`, \
+`PROBE.stress.xx`, ...), `PROBE.stress.von_mises`, `BODY.strain_energy`, and `strain_energy` of all bodies.",
         ),
         key(
             "set",

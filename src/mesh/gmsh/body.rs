@@ -3,7 +3,7 @@ use super::{Element, Kind, Raw};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::{Cell, Facet, Mesh};
-use crate::vector::larger;
+use crate::vector::{larger, largest, smaller};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 /// Sides of the chosen cells by their end nodes (mesh numbers, smaller first).
@@ -14,7 +14,7 @@ pub fn select(file: &str, raw: &Raw, group: Option<&str>, scale: f64) -> Result<
     let mut body =
         Body { file, raw, scale, mesh: Mesh { dim: 2, ..Mesh::default() }, number: HashMap::new() };
     body.cells(group)?;
-    body.flat()?;
+    body.mesh.points.iter_mut().for_each(|p| p[2] = 0.0);
     body.surfaces()?;
     Ok(body.mesh)
 }
@@ -50,6 +50,11 @@ impl Body<'_> {
         if let (Some(name), true) = (group, chosen.is_empty()) {
             return Err(self.unknown_group(name, &all));
         }
+        if let Some(name) = group {
+            let tags = chosen.iter().flat_map(|e| &e.groups).copied();
+            self.refuse_second_group(2, name, &tags.filter(|&tag| raw.name(2, tag) == name).collect())?;
+        }
+        self.refuse_other_planes(&chosen)?;
         let mut seen: HashMap<Vec<u64>, &Element> = HashMap::new();
         for element in chosen {
             let mut key = element.nodes.clone();
@@ -66,6 +71,55 @@ impl Body<'_> {
             self.mesh.cells.push(cell);
         }
         Ok(())
+    }
+
+    /// On one body a name must mean one group: two would be taken together.
+    fn refuse_second_group(&self, dim: i32, name: &str, tags: &BTreeSet<i32>) -> Result<()> {
+        let tags: Vec<String> = tags.iter().map(i32::to_string).collect();
+        match tags.len() {
+            0 | 1 => Ok(()),
+            _ => Err(self.error(format!(
+                "the physical groups {} of dimension {dim} are all called {name:?}; give each a name of its own, or put \
+                 all into one group",
+                tags.join(" and ")
+            ))),
+        }
+    }
+
+    /// Refuses cells that do not lie in the plane z = 0, before they seem to have no area there.
+    fn refuse_other_planes(&self, cells: &[&Element]) -> Result<()> {
+        let tags = cells.iter().flat_map(|cell| &cell.nodes);
+        let points = || tags.clone().filter_map(|tag| self.raw.nodes.get(tag));
+        let range = |d: usize| {
+            points()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], p| [smaller(lo, p[d]), larger(hi, p[d])])
+        };
+        if points().next().is_none() {
+            return Ok(());
+        }
+        let ranges = [0, 1, 2].map(range);
+        let size = largest(points().flatten());
+        // Coordinates are written with at least ten digits.
+        let same = |d: usize| ranges[d][1] - ranges[d][0] <= 1e-9 * size;
+        let at = |d: usize| ranges[d][0];
+        if ranges[2].iter().all(|z| z.abs() <= 1e-9 * size) {
+            return Ok(());
+        }
+        let (others, thin) = (["y-z", "x-z", "x-y"], ["x", "y", "z"]);
+        Err(self.error(match [2, 1, 0].into_iter().find(|&d| same(d)) {
+            Some(2) => format!("the mesh lies in the plane z = {}; it must lie in the plane z = 0: move it", at(2)),
+            Some(d) => format!(
+                "the mesh lies in the {} plane ({} = {} everywhere); it must lie in the x-y plane, z = 0: turn it",
+                others[d], thin[d], at(d)
+            ),
+            None => {
+                let p = points().find(|p| p[2].abs() > 1e-9 * size).copied().unwrap_or_default();
+                format!(
+                    "the mesh must lie in the plane z = 0, but there is a node at ({}, {}, {})",
+                    p[0], p[1], p[2]
+                )
+            }
+        }))
     }
 
     fn unknown_group(&self, name: &str, cells: &[&Element]) -> Error {
@@ -147,19 +201,6 @@ impl Body<'_> {
         Ok(number)
     }
 
-    /// Refuses a mesh that leaves the plane z = 0.
-    fn flat(&mut self) -> Result<()> {
-        let size = self.mesh.points.iter().fold(0.0, |s: f64, p| s.max(p[0].abs()).max(p[1].abs()));
-        if let Some(p) = self.mesh.points.iter().find(|p| p[2].abs() > 1e-9 * size) {
-            return Err(self.error(format!(
-                "the mesh must lie in the plane z = 0, but there is a node at ({}, {}, {})",
-                p[0], p[1], p[2]
-            )));
-        }
-        self.mesh.points.iter_mut().for_each(|p| p[2] = 0.0);
-        Ok(())
-    }
-
     /// Surfaces: the lines of physical groups that are sides of the body's cells.
     fn surfaces(&mut self) -> Result<()> {
         let mut sides = Sides::new();
@@ -170,14 +211,17 @@ impl Body<'_> {
             return Err(self.shared_side(list[0]));
         }
         let mut surfaces: BTreeMap<String, BTreeSet<(u32, u8)>> = BTreeMap::new();
+        let mut tags: BTreeMap<String, BTreeSet<i32>> = BTreeMap::new();
         for line in self.raw.elements.iter().filter(|e| e.kind.dim() == 1) {
             for &tag in &line.groups {
                 let name = self.raw.name(1, tag);
                 if let Some(facet) = self.facet(&sides, line, &name)? {
+                    tags.entry(name.clone()).or_default().insert(tag);
                     surfaces.entry(name).or_default().insert((facet.cell, facet.side));
                 }
             }
         }
+        tags.iter().try_for_each(|(name, tags)| self.refuse_second_group(1, name, tags))?;
         self.mesh.surfaces = surfaces
             .into_iter()
             .map(|(name, set)| (name, set.into_iter().map(|(cell, side)| Facet { cell, side }).collect()))

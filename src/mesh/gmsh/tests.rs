@@ -129,6 +129,55 @@ fn wrong_cells_and_surfaces_are_refused() {
 }
 
 #[test]
+fn a_mesh_in_another_plane_is_told_where_it_lies() {
+    let square = ["1 3 2 1 1 1 2 3 4"];
+    let with_nodes = |turn: fn([f64; 2]) -> [f64; 3]| {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let nodes = corners.map(turn).into_iter().enumerate();
+        let nodes: String = nodes.map(|(i, p)| format!("{} {} {} {}\n", i + 1, p[0], p[1], p[2])).collect();
+        let (head, _) = HEAD.split_once("$Nodes\n").unwrap();
+        let elements = with_elements(&square).replace(HEAD, "");
+        format!("{head}$Nodes\n4\n{nodes}$EndNodes\n{elements}")
+    };
+    for (turn, part) in [
+        ((|p| [p[0], 0.0, p[1]]) as fn([f64; 2]) -> [f64; 3], "lies in the x-z plane (y = 0 everywhere)"),
+        (|p| [p[0], -2.0, p[1]], "lies in the x-z plane (y = -2 everywhere)"),
+        (|p| [0.5, p[0], p[1]], "lies in the y-z plane (x = 0.5 everywhere)"),
+        (|p| [p[0], p[1], 0.25], "lies in the plane z = 0.25; it must lie in the plane z = 0: move it"),
+        (|p| [p[0], p[1], p[1]], "must lie in the plane z = 0, but there is a node at (1, 1, 1)"),
+    ] {
+        let error = message(&with_nodes(turn), None);
+        assert!(error.contains(part) && !error.contains("mesh again"), "{error}");
+    }
+    let raw = parse("m.msh", with_nodes(|p| [p[0] + 1e3, p[1], 1e-12]).as_bytes()).unwrap();
+    assert!(body::select("m.msh", &raw, None, 1.0).is_ok());
+}
+
+#[test]
+fn names_that_mean_two_groups_are_refused() {
+    let elements = ["1 3 2 1 1 1 2 3 4", "2 2 2 2 2 2 5 3", "3 1 2 7 7 1 2", "4 1 2 8 8 3 4"];
+    let named = |names: &str| {
+        let count = names.lines().count();
+        with_elements(&elements)
+            .replace("$Nodes\n6", &format!("$PhysicalNames\n{count}\n{names}$EndPhysicalNames\n$Nodes\n6"))
+    };
+    let error = message(&named("2 1 \"plate\"\n2 2 \"plate\"\n"), Some("plate"));
+    assert!(error.contains("groups 1 and 2 of dimension 2 are all called \"plate\""), "{error}");
+    let error = message(&named("1 7 \"edge\"\n1 8 \"edge\"\n"), None);
+    assert!(error.contains("groups 7 and 8 of dimension 1"), "{error}");
+    let error = message(&named("1 7 \"group 8\"\n"), None);
+    assert!(error.contains("groups 7 and 8 of dimension 1"), "{error}");
+    // A body and a surface may share a name, and so may surfaces of different bodies.
+    let text = named("2 1 \"a\"\n1 7 \"a\"\n1 8 \"a\"\n").replace("4 1 2 8 8 3 4", "4 1 2 8 8 2 5");
+    let raw = parse("m.msh", text.as_bytes()).unwrap();
+    let mesh = body::select("m.msh", &raw, Some("a"), 1.0).unwrap();
+    assert_eq!(mesh.surfaces["a"].len(), 1);
+    let parametric = with_elements(&elements).replace("Nodes", "ParametricNodes");
+    let error = message(&parametric, None);
+    assert!(error.contains("Mesh.SaveParametric = 0") && error.contains("$ParametricNodes"), "{error}");
+}
+
+#[test]
 fn an_element_of_two_groups_is_one_cell() {
     let text = with_elements(&["1 3 2 1 1 1 2 3 4", "2 3 2 2 1 1 2 3 4", "3 1 2 5 1 1 2"]);
     let raw = parse("m.msh", text.as_bytes()).unwrap();

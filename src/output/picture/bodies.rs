@@ -3,7 +3,7 @@ use super::colour::ColourScale;
 use super::scale::{Ticks, Unit, number};
 use super::scene::Scene;
 use super::view::{View, Window};
-use super::{FONT, INK, failed, title_of_last_step};
+use super::{FONT, INK, failed, heading, title_of_last_step};
 use crate::case::{OutputCase, StressComponent, Units};
 use crate::error::Result;
 use crate::output::Results;
@@ -107,7 +107,7 @@ fn label(
     let unit = Unit::stress(results.run.units, colours.high.abs().max(colours.low.abs()));
     text(
         &area,
-        &title_of_last_step(results),
+        &heading(&title_of_last_step(results), "", 30, size.0 as i32 - 2 * LEFT as i32),
         (LEFT as i32, 14),
         (30, FontStyle::Bold),
         Pos::new(HPos::Left, VPos::Top),

@@ -2,7 +2,7 @@
 //! alternation, how many nodes are active, where the active set was updated and where a load step begins.
 use super::legend::{Legend, Symbol};
 use super::scale::power_of_ten;
-use super::{CURVES, FONT, GRID, INK, failed, title};
+use super::{CURVES, FONT, GRID, INK, failed, heading, title};
 use crate::error::Result;
 use crate::output::Results;
 use crate::record::HistoryRow;
@@ -58,7 +58,8 @@ pub(super) fn draw(results: &Results) -> Result<Option<String>> {
         area.fill(&WHITE).map_err(failed)?;
         let (head, body) = area.split_vertically(TITLE + legend.height());
         let style = TextStyle::from((FONT, 20).into_font().style(FontStyle::Bold)).color(&INK);
-        let heading = format!("{}: {}", title(results), verdict(results));
+        let width = head.dim_in_pixel().0 as i32 - 2 * LEFT;
+        let heading = heading(&title(results), &format!(": {}", verdict(results)), 20, width);
         head.draw(&Text::new(heading, (LEFT, 18), style)).map_err(failed)?;
         legend.draw(&head, (LEFT, TITLE))?;
         let mut chart = ChartBuilder::on(&body)

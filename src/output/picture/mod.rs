@@ -22,7 +22,7 @@ pub(crate) use precision::{Precision, PrecisionCurve, PrecisionPoint};
 use super::Results;
 use crate::case::OutputCase;
 use crate::error::{Error, Result};
-use plotters::style::{FontStyle, register_font};
+use plotters::style::{FontStyle, IntoFont, register_font};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -82,6 +82,21 @@ fn failed(e: impl std::fmt::Display) -> Error {
     Error::internal(format!("drawing: {e}"))
 }
 
+/// Title and what follows it, the title shortened so that both fit into so many pixels of bold type.
+fn heading(title: &str, subject: &str, size: i32, width: i32) -> String {
+    let font = (FONT, size).into_font().style(FontStyle::Bold);
+    let fits = |text: &str| font.box_size(text).is_ok_and(|(length, _)| length as i32 <= width);
+    let whole = format!("{title}{subject}");
+    if fits(&whole) {
+        return whole;
+    }
+    let ends: Vec<usize> = title.char_indices().map(|(i, _)| i).collect();
+    let cut = |end: usize| format!("{}…{subject}", title[..end].trim_end());
+    // The longest that fits; without any title if nothing does.
+    let longest = ends.partition_point(|&end| fits(&cut(end)));
+    cut(ends[longest.saturating_sub(1)..].first().copied().unwrap_or(0))
+}
+
 /// `case, variant C`.
 fn title(results: &Results) -> String {
     let run = &results.run;
@@ -100,5 +115,21 @@ fn title_of_last_step(results: &Results) -> String {
             let name = last.name.as_ref().map_or_else(String::new, |name| format!(" ({name})"));
             format!("{}, step {}{name}", title(results), steps.len())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_title_is_shortened_and_what_follows_it_is_not() {
+        font().unwrap();
+        let title = "A title that goes on and on ".repeat(8);
+        let text = heading(&title, ": error over time", 20, 900);
+        assert!(text.starts_with("A title that goes on") && text.ends_with("…: error over time"), "{text}");
+        let width = |text: &str| (FONT, 20).into_font().style(FontStyle::Bold).box_size(text).unwrap().0;
+        assert!(width(&text) <= 900 && width(&text) > 800, "{}", width(&text));
+        assert_eq!(heading("Short", ": error", 20, 900), "Short: error");
     }
 }

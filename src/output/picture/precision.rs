@@ -2,7 +2,7 @@
 use super::legend::{Legend, Symbol};
 use super::scale::power_of_ten;
 use super::sharp::Sharp;
-use super::{CURVES, FONT, GRID, INK, failed, font};
+use super::{CURVES, FONT, GRID, INK, failed, font, heading};
 use crate::error::Result;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -14,6 +14,8 @@ const SIZE: (u32, u32) = (960, 640);
 const SHARP: u32 = 2;
 const LEFT: i32 = 24;
 const TITLE: i32 = 50;
+/// Pixels of its type.
+const TITLE_SIZE: i32 = 20;
 /// Room for the labels of the axes: left, right, top, bottom.
 const MARGINS: [i32; 4] = [96, 30, 16, 64];
 /// Smaller errors are drawn here: they are zero to round-off.
@@ -25,7 +27,12 @@ const MARGIN: f64 = 1.5;
 
 /// What to draw.
 pub(crate) struct Precision {
+    /// Of the case; a long one is shortened.
     pub title: String,
+    /// What follows the title.
+    pub subject: String,
+    /// Seconds that every run takes, whatever its mesh.
+    pub fixed: Option<f64>,
     /// Names of the axes.
     pub time: String,
     pub error: String,
@@ -44,8 +51,8 @@ pub(crate) struct PrecisionCurve {
 /// A run.
 pub(crate) struct PrecisionPoint {
     pub level: usize,
-    /// Smallest, median, largest.
-    pub seconds: [f64; 3],
+    /// Smallest, largest.
+    pub seconds: [f64; 2],
     pub error: f64,
     /// On the Pareto front: nothing is as accurate for less time.
     pub best: bool,
@@ -71,11 +78,13 @@ impl Precision {
         area.fill(&WHITE).map_err(failed)?;
         let legend = self.legend();
         let (head, body) = area.split_vertically(TITLE + legend.height());
-        let style = TextStyle::from((FONT, 20).into_font().style(FontStyle::Bold)).color(&INK);
-        head.draw(&Text::new(self.title.as_str(), (LEFT, 18), style)).map_err(failed)?;
+        let style = TextStyle::from((FONT, TITLE_SIZE).into_font().style(FontStyle::Bold)).color(&INK);
+        let title = heading(&self.title, &self.subject, TITLE_SIZE, SIZE.0 as i32 - 2 * LEFT);
+        head.draw(&Text::new(title, (LEFT, 18), style)).map_err(failed)?;
         legend.draw(&head, (LEFT, TITLE))?;
         let (width, height) = body.dim_in_pixel();
-        let x = Axis::new(self.points().flat_map(|p| p.seconds), [MARGINS[0], width as i32 - MARGINS[1]]);
+        let times = self.points().flat_map(|p| p.seconds).chain(self.fixed);
+        let x = Axis::new(times, [MARGINS[0], width as i32 - MARGINS[1]]);
         let errors =
             self.points().map(|p| p.error.max(FLOOR)).chain((self.known_to > 0.0).then_some(self.known_to));
         let y = Axis::new(errors, [height as i32 - MARGINS[3], MARGINS[2]]);
@@ -85,6 +94,12 @@ impl Precision {
             let dashes = (x.pixels[0]..x.pixels[1]).step_by(12);
             for from in dashes {
                 line(&body, [(from, at), ((from + 7).min(x.pixels[1]), at)], INK.stroke_width(1))?;
+            }
+        }
+        if let Some(fixed) = self.fixed {
+            let at = x.at(fixed);
+            for from in (y.pixels[1]..y.pixels[0]).step_by(8) {
+                line(&body, [(at, from), (at, (from + 3).min(y.pixels[0]))], INK.stroke_width(1))?;
             }
         }
         for (k, curve) in self.curves.iter().enumerate() {
@@ -106,6 +121,10 @@ impl Precision {
         entries.push((Symbol::Ring(INK), "no run is as accurate for less time".into()));
         if self.known_to > 0.0 {
             entries.push((Symbol::Dashes(INK.stroke_width(1)), self.known_text.into()));
+        }
+        if let Some(fixed) = self.fixed {
+            let text = format!("dotted: MPI and the program start, {fixed:.2} s");
+            entries.push((Symbol::Line(INK.stroke_width(1)), text));
         }
         Legend::new(entries, SIZE.0 as i32 - 2 * LEFT)
     }
@@ -159,13 +178,13 @@ fn draw_curve<B: DrawingBackend>(
     y: &Axis,
 ) -> Result<()> {
     let colour = CURVES[k % CURVES.len()];
-    let place = |p: &PrecisionPoint| (x.at(p.seconds[1]), y.at(p.error.max(FLOOR)));
+    let place = |p: &PrecisionPoint| (x.at(p.seconds[0]), y.at(p.error.max(FLOOR)));
     let path: Vec<(i32, i32)> = curve.points.iter().map(place).collect();
     area.draw(&PathElement::new(path, stroke(k))).map_err(failed)?;
     let small = TextStyle::from((FONT, 13).into_font()).color(&INK).pos(Pos::new(HPos::Left, VPos::Bottom));
     for p in &curve.points {
         let (px, py) = place(p);
-        line(area, [(x.at(p.seconds[0]), py), (x.at(p.seconds[2]), py)], colour.stroke_width(1))?;
+        line(area, [(x.at(p.seconds[0]), py), (x.at(p.seconds[1]), py)], colour.stroke_width(1))?;
         // From the seventh curve on the colours come again, with squares.
         if k < CURVES.len() {
             area.draw(&Circle::new((px, py), 4, colour.filled())).map_err(failed)?;

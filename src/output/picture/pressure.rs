@@ -3,7 +3,7 @@
 use super::curve::{Curve, Point, curves, range};
 use super::legend::{Legend, Symbol};
 use super::scale::{Ticks, Unit};
-use super::{FONT, GRID, INK, failed, title};
+use super::{FONT, GRID, INK, failed, heading, title};
 use crate::error::Result;
 use crate::output::Results;
 use crate::record::PairTables;
@@ -52,7 +52,8 @@ pub(super) fn draw(results: &Results) -> Result<Option<String>> {
         area.fill(&WHITE).map_err(failed)?;
         let (head, mut rest) = area.split_vertically(TITLE);
         let style = TextStyle::from((FONT, 22).into_font().style(FontStyle::Bold)).color(&INK);
-        head.draw(&Text::new(title(results), (LEFT, 18), style)).map_err(failed)?;
+        let title = heading(&title(results), "", 22, WIDTH - 2 * LEFT);
+        head.draw(&Text::new(title, (LEFT, 18), style)).map_err(failed)?;
         for panel in &panels {
             let (own, below) = rest.split_vertically(panel.height());
             draw_panel(&own, panel, results)?;
