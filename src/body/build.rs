@@ -19,6 +19,16 @@ use crate::{
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{rc::Rc, time::Instant};
 
+/// Relative residual that the answers of an iterative solver may have at most, if nobody says more: what the tightest
+/// alternations need.
+const ACCURATE: f64 = 1e-12;
+
+/// The residual of the bodies' answers is to be this much smaller than that of the alternation, or it is what stops it, ...
+const SHARE: f64 = 0.01;
+
+/// ... and at most this, whatever the alternation's tolerance.
+const LOOSEST: f64 = 1e-8;
+
 /// A body with its stiffness matrix and its loads, not factorised yet.
 pub struct AssembledBody {
     part: Rc<MeshPart>,
@@ -100,7 +110,7 @@ impl Body {
         let Assembled { matrix, thermal, prescribed } = parameters.stiffness(group)?;
         let cost = SharedCost::default();
         cost.add(|c| c.assemble = start.elapsed().as_secs_f64());
-        let setting = Setting { body: case.name.clone(), prefix: options_prefix(&case.name), dim };
+        let setting = Setting { body: case.name.clone(), prefix: options_prefix(&case.name), dim, tolerance: ACCURATE };
         let loads = Loads {
             factors: LoadFactors::default(),
             external,
@@ -161,6 +171,11 @@ impl AssembledBody {
                 .collect(),
             dim,
         });
+    }
+
+    /// An iterative solver is to be accurate enough for an alternation to this relative tolerance.
+    pub fn answer_to(&mut self, tolerance: f64) {
+        self.setting.tolerance = (SHARE * tolerance).clamp(ACCURATE, LOOSEST);
     }
 
     /// Factorises. Collective.

@@ -6,12 +6,14 @@
 mod handle;
 mod dense;
 mod error;
+mod ksp;
 mod linear;
 mod schur;
 mod session;
 
 pub use dense::{Cholesky, Symmetric};
-pub use linear::{Coordinates, Gather, Ksp, Matrix, Vector};
+pub use ksp::{Ksp, ROUND_OFF};
+pub use linear::{Coordinates, Gather, Matrix, Vector};
 pub use schur::SchurFactor;
 pub use session::{Session, abort, has_option, option_prefixes_left, set_options};
 

@@ -50,6 +50,28 @@ pub fn has_option(prefix: &str, name: &str) -> Result<bool> {
     Ok(found == sys::PetscBool::PETSC_TRUE)
 }
 
+/// Value of `-<prefix><name>`, if the options have it; it counts as asked for.
+pub(super) fn option_value(prefix: &str, name: &str) -> Result<Option<String>> {
+    let prefix = CString::new(prefix).map_err(Error::internal)?;
+    let name = CString::new(format!("-{name}")).map_err(Error::internal)?;
+    // Names of types are short; a longer value is cut and then unknown.
+    let mut value = [0; 256];
+    let mut found = sys::PetscBool::PETSC_FALSE;
+    // SAFETY: the buffer has the stated length and comes back NUL-terminated.
+    unsafe {
+        check(sys::PetscOptionsGetString(
+            ptr::null_mut(),
+            prefix.as_ptr(),
+            name.as_ptr(),
+            value.as_mut_ptr(),
+            value.len(),
+            &mut found,
+        ))?;
+        let is_found = found == sys::PetscBool::PETSC_TRUE;
+        Ok(is_found.then(|| CStr::from_ptr(value.as_ptr()).to_string_lossy().into_owned()))
+    }
+}
+
 /// Gives `-<prefix><name>` a value unless it has one. It counts as asked for: nobody has misspelt it.
 pub(super) fn default_option(prefix: &str, name: &str, value: &str) -> Result<()> {
     if !has_option(prefix, name)? {
