@@ -9,7 +9,7 @@ use crate::{
     contact::vector::{self, combine, dot, norm},
     error::{Error, Result},
     parallel,
-    petsc::{Ksp, Matrix, Vector},
+    petsc::{Ksp, Matrix, Stage, Vector},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use nalgebra::DMatrix;
@@ -54,6 +54,7 @@ struct Prescribed {
 impl Dirichlet {
     /// Assembles and factorises. Collective.
     pub fn new(solver: &Solver, group: &SimpleCommunicator) -> Result<Dirichlet> {
+        let _stage = Stage::Factor.enter();
         let nodes = prescribed_nodes(solver);
         let held = held_directions(solver, group, &nodes);
         let model = &solver.model;
@@ -74,8 +75,8 @@ impl Dirichlet {
         let free = Constraints::default();
         let near = model.parameters(temperature, &free).stiffness_near(group, &marked)?;
         let setting = solver.system.setting();
-        let ksp = Ksp::new(group, &matrix, &setting.prefix, setting.tolerance)
-            .map_err(|e| setting.of_body(e))?;
+        let ksp =
+            Ksp::new(group, &matrix, &setting.prefix, setting.tolerance).map_err(|e| setting.of_body(e))?;
         ksp.set_up().map_err(|e| match e {
             Error::Internal(text) => Error::internal(format!(
                 "body '{}': the matrix of the displacement step cannot be factorised: {text}",

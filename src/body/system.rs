@@ -1,13 +1,13 @@
 //! A body's equations and how they are solved: by its solver, or condensed to its interface.
 use super::{
-    Cost, Interface,
+    Cost, Interface, condense_estimate,
     soft::{SoftModes, Split},
 };
 use crate::vector::larger;
 use crate::{
     error::{Error, Result},
     parallel::{self, agree},
-    petsc::{Cholesky, Ksp, Matrix, ROUND_OFF, SchurFactor, Symmetric, Vector},
+    petsc::{Cholesky, Ksp, Matrix, ROUND_OFF, SchurFactor, Stage, Symmetric, Vector},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{cell::Cell, rc::Rc, time::Instant};
@@ -95,6 +95,8 @@ impl System {
             )),
             other => setting.of_body(other),
         };
+        let _stage = Stage::Factor.enter();
+        parallel::busy_with(format!("factorising body '{}'", setting.body));
         let start = Instant::now();
         let answer = if condensed {
             let dofs = interface.dofs(setting.dim);
@@ -118,6 +120,11 @@ impl System {
         } else {
             let ksp = Ksp::new(group, &matrix, &setting.prefix, setting.tolerance)
                 .map_err(|e| setting.of_body(e))?;
+            if ksp.is_direct() {
+                let need = condense_estimate(matrix.n_rows(), 0, setting.dim).factor_bytes;
+                let own = need / f64::from(group.size());
+                parallel::demand(group, own, "its factorisation").map_err(failed)?;
+            }
             ksp.set_up().map_err(failed)?;
             cost.add(|c| c.factor += start.elapsed().as_secs_f64());
             Answer::Solver(ksp)

@@ -4,10 +4,12 @@
 mod child;
 mod deal;
 mod exchange;
+mod memory;
 
 pub use child::{bind_to_parent, end_with_parent};
 pub use deal::{Share, deal};
 pub use exchange::{Exchange, Partner, Traffic};
+pub use memory::{busy_with, can_have, demand};
 
 use crate::error::{Error, Result};
 use mpi::{

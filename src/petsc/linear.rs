@@ -4,7 +4,7 @@ use super::{
     handle::{int, make},
     sys,
 };
-use crate::error::{Error, Result};
+use crate::error::Result;
 use mpi::traits::{AsRaw, Communicator};
 use std::ptr;
 
@@ -203,6 +203,14 @@ impl Matrix {
             let modes = NullSpace(make(|m| sys::MatNullSpaceCreateRigidBody(x.0, m))?);
             check(sys::MatSetNearNullSpace(self.0, modes.0))
         }
+    }
+
+    /// Number of rows on all ranks. Not collective.
+    pub fn n_rows(&self) -> usize {
+        let mut n = 0;
+        // SAFETY: valid handle.
+        unsafe { sys::MatGetSize(self.0, &mut n, ptr::null_mut()) };
+        n as usize
     }
 
     /// Largest diagonal entry over all ranks.

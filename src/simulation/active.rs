@@ -7,10 +7,11 @@ use super::{
 use crate::vector::larger;
 use crate::{
     body::{Body, LoadFactors, Response, ResponseKind},
-    case::{BodyRef, Case, ContactGeometry, ResponseCase},
+    case::{BodyRef, Case, ContactGeometry, ResponseCase, Tolerance},
     contact::{Row, vector::dot},
     error::Result,
     parallel::{self, Exchange, agree},
+    petsc::Stage,
     record::{HistoryRow, Reason},
 };
 use nalgebra::{DMatrix, DVector};
@@ -18,6 +19,9 @@ use std::time::Instant;
 
 /// Updates of the geometry after which a step gives up.
 const GEOMETRY_UPDATES: usize = 30;
+
+/// An automatic tolerance is a tenth of the discretisation error; of few meshes it comes below this.
+const SELDOM_BELOW: f64 = 1e-8;
 
 /// Turning of a surface in contact, rad, from which a user is told that the initial geometry does not hold.
 const TURNED: f64 = 0.05;
@@ -120,6 +124,10 @@ impl Active {
         let start = Instant::now();
         let (mut bodies, mut responses) = (Vec::new(), Vec::new());
         let factorised = assembled.into_iter().enumerate().try_for_each(|(i, mut body)| {
+            body.answer_to(match case.alternation.tolerance {
+                Tolerance::Fixed(tolerance) => tolerance,
+                Tolerance::Automatic => SELDOM_BELOW,
+            });
             body.split_soft_modes(softness(case, groups.bodies()[i]));
             let mut body = body.factorise(&groups.group)?;
             let rows =
@@ -267,6 +275,7 @@ impl Active {
         geometry: &Geometry,
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
+        let _stage = Stage::Alternate.enter();
         let world = &step.plan.groups.world;
         let counts: Vec<usize> = self.bodies.iter().map(Body::n_modes).collect();
         let outcome = match &mut self.contacts {

@@ -28,6 +28,7 @@ use crate::{
     estimate::{BodyError, Estimate, MultiplierSide},
     output::{self, Piece, RunInfo, State},
     parallel::{self, Exchange, agree},
+    petsc,
     record::{self, HistoryRow, LoadStep, Reason, StepSummary, Summary},
     scene::Plan,
 };
@@ -73,6 +74,7 @@ enum Engine {
 
 impl Engine {
     fn new(case: &Case, world: &SimpleCommunicator) -> Result<(Plan, Engine)> {
+        let _stage = petsc::Stage::SetUp.enter();
         match case.alternation.driver {
             case::Driver::Relaxed(weights) => {
                 if let Some(step) = case.steps.first() {
@@ -100,12 +102,16 @@ impl Engine {
     ) -> Result<(Found, Vec<Nodal>)> {
         let factors =
             LoadFactors { loads: step.loads, supports: step.supports, temperature: step.temperature };
-        match self {
+        let stepped = match self {
             Engine::Active(active) => {
                 active.step(&active::Step { case, plan, exchange, number, factors }, progress)
             }
             Engine::Relaxed(relaxed) => relaxed.step(case, plan, exchange, progress),
-        }
+        };
+        stepped.map_err(|e| match e {
+            Error::NotConverged(text) => Error::NotConverged(format!("load step {number}: {text}")),
+            other => other,
+        })
     }
 
     fn bodies(&self) -> &[Body] {
@@ -441,15 +447,33 @@ fn prefixed(options: &str, name: &str) -> String {
         .join(" ")
 }
 
-/// PETSc options with a body's prefix that its solver did not ask for are most likely misspelt.
-fn warn_of_unused_options(case: &Case, groups: &parallel::Groups) -> Result<()> {
-    for &b in groups.bodies().iter().filter(|_| groups.is_root()) {
-        let prefix = crate::body::options_prefix(&case.bodies[b].name);
-        for name in crate::petsc::option_prefixes_left(&prefix)? {
-            eprintln!("warning: PETSc option -{name} was not used: is it misspelt?");
+/// What the options of the bodies' solvers say and is not done, and the options that nothing has asked for: most likely
+/// misspelt, or without a body's prefix. On world rank 0 at least. Collective.
+fn option_warnings(case: &Case, groups: &parallel::Groups, bodies: &[Body]) -> Result<Vec<String>> {
+    let of_group = || -> Result<Vec<String>> {
+        let mut lines = Vec::new();
+        for (&b, body) in std::iter::zip(groups.bodies(), bodies) {
+            lines.extend(body.notes().iter().map(|note| format!("body '{}': {note}", body.name)));
+            let prefix = crate::body::options_prefix(&case.bodies[b].name);
+            let left = crate::petsc::option_prefixes_left(&prefix)?;
+            lines.extend(left.iter().map(|name| {
+                format!("PETSc option -{name} was not used: misspelt, or nothing of what the body does asks for it")
+            }));
         }
-    }
-    Ok(())
+        if groups.world.rank() == 0 {
+            let left = crate::petsc::option_prefixes_left("")?;
+            lines.extend(left.iter().filter(|name| !name.starts_with("body_")).map(|name| {
+                let example = crate::body::options_prefix(&case.bodies[0].name);
+                format!(
+                    "PETSc option -{name} was not used: misspelt, or without the prefix of a body's solver (-{example}{name})"
+                )
+            }));
+        }
+        Ok(lines)
+    };
+    let lines = if groups.is_root() { of_group() } else { Ok(Vec::new()) };
+    let lines = agree(&groups.world, lines)?;
+    Ok(text::gather_lines(&groups.world, &lines))
 }
 
 /// The old summary goes first: a run killed from here on leaves nothing that looks complete.

@@ -1,11 +1,12 @@
 //! A solved case: from the plan to the last load step, then to the files.
-use super::{Engine, Plan, Run, adapt::Adapted, draw, remove_old_summary, warn_of_unused_options};
+use super::{Engine, Plan, Run, adapt::Adapted, draw, option_warnings, remove_old_summary};
 use crate::{
     case::{self, Case},
     error::Result,
     estimate::Estimate,
     output::{self, ResultFile},
     parallel::agree,
+    petsc::Stage,
     plain_text,
     record::{HistoryRow, Summary},
 };
@@ -28,7 +29,6 @@ impl Solved {
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Self> {
         let (plan, mut engine) = Engine::new(case, world)?;
-        warn_of_unused_options(case, &plan.groups)?;
         let mut run = Run::default();
         if let Engine::Active(active) = &engine {
             let [lines, warnings] = active.announce(case, &plan);
@@ -66,6 +66,7 @@ impl Solved {
         adapted: Option<Adapted>,
     ) -> Result<(Summary, Estimate)> {
         let Solved { plan, engine, run } = self;
+        let _stage = Stage::Write.enter();
         let writing = Instant::now();
         let info = run.info(case, world);
         let file = directory.join(output::RESULT);
@@ -78,6 +79,7 @@ impl Solved {
         agree(world, drawn)?;
         let clock = [writing.elapsed().as_secs_f64(), start.elapsed().as_secs_f64()];
         let (mut summary, estimate) = run.summary(case, &plan, &engine, &info, clock);
+        summary.warnings.extend(option_warnings(case, &plan.groups, engine.bodies())?);
         if let Some(adapted) = adapted {
             adapted.report(&mut summary);
         }
