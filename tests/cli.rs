@@ -155,9 +155,114 @@ fn petsc_options_reach_the_body_they_name() {
     // One iteration is not enough: the option is not ignored.
     let options =
         ["-body_upper_ksp_type", "cg", "-body_upper_ksp_max_it", "1", "-body_upper_pc_type", "none"];
-    assert_eq!(run(1, &case("patch"), iterative.path(), &options).status.code(), Some(1));
+    let output = run(1, &case("patch"), iterative.path(), &options);
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let text = stderr(&output);
+    assert!(text.contains("load step 1: body 'upper'") && text.contains("after 1 iterations"), "{text}");
     let output = run(1, &case("patch"), iterative.path(), &["-body_uper_ksp_type", "cg"]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+}
+
+/// Whatever a user makes of a body's solver, the answer is the direct one or the verdict says that there is none.
+#[test]
+fn a_solver_that_is_changed_changes_nothing_else() {
+    let out = tempfile::tempdir().unwrap();
+    assert_eq!(run(1, &case("patch"), out.path(), &[]).status.code(), Some(0));
+    let direct = common::value(&summary(out.path()), "pairs.interface.normal_force");
+    for options in [
+        "-body_lower_pc_type jacobi",
+        "-body_lower_pc_type none",
+        "-body_upper_pc_type icc",
+        "-body_upper_pc_type gamg",
+        "-body_upper_ksp_type preonly -body_upper_pc_type sor",
+        "-body_upper_pc_type asm",
+        "-body_lower_ksp_type cg -body_lower_pc_type gamg -body_lower_ksp_rtol 0.1",
+        "-body_lower_ksp_type gmres -body_lower_pc_type jacobi -body_lower_ksp_atol 1e9",
+        "-body_lower_ksp_type richardson -body_lower_pc_type sor -body_lower_ksp_rtol 0.5",
+    ] {
+        let words: Vec<&str> = options.split(' ').collect();
+        let output = run(1, &case("patch"), out.path(), &words);
+        match output.status.code() {
+            Some(0) => {
+                let found = common::value(&summary(out.path()), "pairs.interface.normal_force");
+                assert!((found / direct - 1.0).abs() < 1e-7, "{options}: {found} for {direct}");
+                let said = stderr(&output);
+                let loose = ["preonly", "rtol", "atol"].iter().any(|word| options.contains(word));
+                assert!(said.contains("warning: body '") || !loose, "{options}: {said}");
+            }
+            Some(3) => assert!(stderr(&output).contains("a relative residual of"), "{}", stderr(&output)),
+            code => panic!("{options}: {code:?} {}", stderr(&output)),
+        }
+    }
+}
+
+/// One line with the option, its value and what there is.
+#[test]
+fn an_unknown_solver_is_wrong_input() {
+    let out = tempfile::tempdir().unwrap();
+    for (options, known) in
+        [(["-body_upper_pc_type", "gamgg"], "gamg"), (["-body_upper_ksp_type", "cgg"], "gmres")]
+    {
+        let output = run(2, &case("patch"), out.path(), &options);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        let line = text.lines().find(|line| line.contains(&options.join(" "))).expect(&text);
+        assert!(line.contains(known) && !text.contains("    at "), "{text}");
+    }
+}
+
+/// PETSc's own options work, and those that nothing asks for are named after the run.
+#[test]
+fn options_of_petsc_itself() {
+    let out = tempfile::tempdir().unwrap();
+    let options = ["-log_view", "-memory_view", "-ksp_type", "cg", "-body_upper_kps_type", "cg"];
+    let output = run(2, &case("patch"), out.path(), &options);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for stage in ["set-up", "assemble", "factor", "condense", "alternate", "write"] {
+        assert!(
+            said.lines().any(|l| l.contains("Stage") || l.contains(stage)) && said.contains(stage),
+            "{stage}: {said}"
+        );
+    }
+    let warnings = summary(out.path())["warnings"].to_string();
+    assert!(
+        warnings.contains("-ksp_type was") && warnings.contains("-body_upper_kps_type was"),
+        "{warnings}"
+    );
+    assert!(!warnings.contains("log_view") && !warnings.contains("memory_view"), "{warnings}");
+}
+
+/// Too little memory ends at once, with one message and a code of its own.
+#[cfg(target_os = "linux")]
+#[test]
+fn too_little_memory_is_said() {
+    let out = tempfile::tempdir().unwrap();
+    let file = out.path().join("case.toml");
+    let side = "{ from = 0, to = 1, cells = 400 }";
+    std::fs::write(
+        &file,
+        format!(
+            "analysis = \"plane strain\"\n[[body]]\nname = \"block\"\nmaterial = {{ young = 2e11, poisson = 0.3 }}\n\
+             mesh.rectangle = {{ x = {side}, y = {side} }}\nsupport = [{{ surface = \"bottom\", x = 0, y = 0 }}]\n\
+             load = [{{ surface = \"top\", pressure = 1e6 }}]\n"
+        ),
+    )
+    .unwrap();
+    // Kilobytes: from too little to begin with, to too little for the factor.
+    for limit in [450_000, 650_000] {
+        let command = format!(
+            "ulimit -v {limit}; exec timeout 300 {} run {} --out {}",
+            env!("CARGO_BIN_EXE_kontakt"),
+            file.display(),
+            out.path().display()
+        );
+        let output = std::process::Command::new("sh").args(["-c", &command]).output().unwrap();
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(6), "{limit}: {text}");
+        assert_eq!(text.matches("kontakt: error").count(), 1, "{limit}: {text}");
+        assert!(text.contains("memory") || text.contains("MB"), "{limit}: {text}");
+    }
 }
 
 #[test]

@@ -150,6 +150,11 @@ impl Body {
         self.cost.get()
     }
 
+    /// What the options of its solver say and is not done, for the user; the same on all ranks of the group.
+    pub fn notes(&self) -> &[String] {
+        self.system.notes()
+    }
+
     /// True if it answers by its Schur complement, false if by its solver.
     pub fn is_condensed(&self) -> bool {
         self.system.is_condensed()

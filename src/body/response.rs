@@ -2,7 +2,7 @@
 use super::{Body, BodyRow, Condensed, Solver, interface::contact_force};
 use crate::{
     error::Result,
-    petsc::Symmetric,
+    petsc::{Stage, Symmetric},
     schwarz::{Respond, RespondAtNodes, Spring},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -41,6 +41,7 @@ pub(super) struct RowValues {
 impl Body {
     /// The body's answer on `rows`, which need be given on the first rank only. Collective.
     pub fn respond(&mut self, group: &SimpleCommunicator, rows: Vec<BodyRow>) -> Result<Response> {
+        let _stage = Stage::Condense.enter();
         let start = Instant::now();
         let rows = if group.rank() == 0 { self.interface.own_rows(rows) } else { Vec::new() };
         let values = RowValues { rows, ..RowValues::default() };

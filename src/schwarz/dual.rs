@@ -80,9 +80,7 @@ impl Dual {
         let area = place.gather(&area);
         let mut scale = vec![1.0; n];
         for pair in &pairs {
-            let mean = |v: &dyn Fn(usize) -> f64| {
-                pair.clone().map(v).sum::<f64>() / pair.len().max(1) as f64
-            };
+            let mean = |v: &dyn Fn(usize) -> f64| pair.clone().map(v).sum::<f64>() / pair.len().max(1) as f64;
             let (compliance, mean_area) = (mean(&|j| f[j * n + j]), mean(&|j| area[j]));
             for j in pair.clone() {
                 let weighted = (compliance * mean_area / area[j]).sqrt();
@@ -155,8 +153,9 @@ impl Dual {
             .zip(&coupling.springs)
             .map(|(r, (_, spring))| spring.stiffness * r)
             .collect();
-        let pushed =
-            coarse.restrict(coupling.exchange, |j| if j < coupling.n_rows { 0.0 } else { springs[j - coupling.n_rows] });
+        let pushed = coarse.restrict(coupling.exchange, |j| {
+            if j < coupling.n_rows { 0.0 } else { springs[j - coupling.n_rows] }
+        });
         let missing: Vec<f64> = pushed.iter().map(|p| -p).collect();
         let n = r_rows.len();
         let mut message = vec![0.0; n + coarse.n + 1];

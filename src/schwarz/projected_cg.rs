@@ -199,8 +199,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
     fn conjugate(&self, z: Vec<f64>, directions: &[Direction]) -> Vec<f64> {
         let product = |d: &Direction| std::iter::zip(&z, &d.q).map(|(z, q)| z * q).sum::<f64>();
         let products: Vec<f64> = directions.iter().map(product).collect();
-        let products =
-            if products.is_empty() { products } else { self.coupling.exchange.sum(&products) };
+        let products = if products.is_empty() { products } else { self.coupling.exchange.sum(&products) };
         let mut p = z;
         for (product, d) in std::iter::zip(products, directions) {
             let part = product / d.curvature;

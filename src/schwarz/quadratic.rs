@@ -163,9 +163,8 @@ impl Quadratic {
     /// Corrections of the active forces and of the motions for residuals of the gaps and of equilibrium.
     pub fn correct(&self, face: &Face, mut r: Vec<f64>, missing: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
         face.factor.solve(&mut r)?;
-        let pushed = self.modes.iter().map(|mode| {
-            face.active.iter().zip(&r).map(|(&j, r)| mode[j] * r).sum::<f64>()
-        });
+        let pushed =
+            self.modes.iter().map(|mode| face.active.iter().zip(&r).map(|(&j, r)| mode[j] * r).sum::<f64>());
         let rest = DVector::from_iterator(missing.len(), std::iter::zip(missing, pushed).map(|(m, p)| m - p));
         let alpha = face.coarse.solve(&rest);
         for (alpha, answer) in std::iter::zip(&alpha, &face.answers) {

@@ -54,15 +54,37 @@ pub fn run_and_estimate(
     Solved::new(case, world, &mut progress)?.finish(case, world, directory, start, None)
 }
 
-/// PETSc options with a body's prefix that its solver did not ask for are most likely misspelt.
-fn warn_of_unused_options(case: &Case, groups: &parallel::Groups) -> Result<()> {
-    for &b in groups.bodies().iter().filter(|_| groups.is_root()) {
-        let prefix = crate::body::options_prefix(&case.bodies[b].name);
-        for name in crate::petsc::option_prefixes_left(&prefix)? {
-            eprintln!("warning: PETSc option -{name} was not used: is it misspelt?");
+/// What the options of the bodies' solvers say and is not done, and the options that nothing has asked for: most likely
+/// misspelt, or without a body's prefix. On world rank 0 at least. Collective.
+fn option_warnings(
+    case: &Case,
+    groups: &parallel::Groups,
+    bodies: &[crate::body::Body],
+) -> Result<Vec<String>> {
+    let of_group = || -> Result<Vec<String>> {
+        let mut lines = Vec::new();
+        for (&b, body) in std::iter::zip(groups.bodies(), bodies) {
+            lines.extend(body.notes().iter().map(|note| format!("body '{}': {note}", body.name)));
+            let prefix = crate::body::options_prefix(&case.bodies[b].name);
+            let left = crate::petsc::option_prefixes_left(&prefix)?;
+            lines.extend(left.iter().map(|name| {
+                format!("PETSc option -{name} was not used: misspelt, or nothing of what the body does asks for it")
+            }));
         }
-    }
-    Ok(())
+        if groups.world.rank() == 0 {
+            let left = crate::petsc::option_prefixes_left("")?;
+            lines.extend(left.iter().filter(|name| !name.starts_with("body_")).map(|name| {
+                let example = crate::body::options_prefix(&case.bodies[0].name);
+                format!(
+                    "PETSc option -{name} was not used: misspelt, or without the prefix of a body's solver (-{example}{name})"
+                )
+            }));
+        }
+        Ok(lines)
+    };
+    let lines = if groups.is_root() { of_group() } else { Ok(Vec::new()) };
+    let lines = agree(&groups.world, lines)?;
+    Ok(crate::step::gather_lines(&groups.world, &lines))
 }
 
 /// The old summary goes first: a run killed from here on leaves nothing that looks complete.

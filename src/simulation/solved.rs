@@ -1,10 +1,9 @@
 //! A solved case: from the plan to the last load step, then to the files.
 use super::{
     adapt::Adapted,
-    draw, remove_old_summary,
+    draw, option_warnings, remove_old_summary,
     report::{Clock, Site},
     results::Run,
-    warn_of_unused_options,
 };
 use crate::{
     case::Case,
@@ -12,6 +11,7 @@ use crate::{
     estimate::Estimate,
     output::{self, ResultFile},
     parallel::agree,
+    petsc::Stage,
     plain_text,
     record::{HistoryRow, Summary},
     scene::Plan,
@@ -36,7 +36,6 @@ impl Solved {
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Self> {
         let (plan, mut engine) = Engine::new(case, world)?;
-        warn_of_unused_options(case, &plan.groups)?;
         let mut said = Vec::new();
         if let Engine::Active(active) = &engine {
             let [lines, warnings] = active.announce(case, &plan);
@@ -75,6 +74,7 @@ impl Solved {
         adapted: Option<Adapted>,
     ) -> Result<(Summary, Estimate)> {
         let Solved { plan, engine, run } = self;
+        let _stage = Stage::Write.enter();
         let writing = Instant::now();
         let info = run.info(case, world);
         let file = directory.join(output::RESULT);
@@ -93,6 +93,7 @@ impl Solved {
         let clock = Clock { write: writing.elapsed().as_secs_f64(), total: start.elapsed().as_secs_f64() };
         let site = Site { case, plan: &plan, engine: &engine };
         let (mut summary, estimate) = run.summary(&site, &info, clock);
+        summary.warnings.extend(option_warnings(case, &plan.groups, engine.bodies())?);
         if let Some(adapted) = adapted {
             adapted.report(&mut summary);
         }

@@ -12,13 +12,14 @@ use super::{
 use crate::vector::larger;
 use crate::{
     body::{Body, Response, ResponseKind},
-    case::{BodyRef, Case, ContactGeometry, ResponseCase},
+    case::{BodyRef, Case, ContactGeometry, ResponseCase, Tolerance},
     contact::{
         Gap, Row, Surface, deepest_node,
         vector::{combine, dot},
     },
     error::{Error, Result},
     parallel::{self, Exchange, agree},
+    petsc::Stage,
     record::{HistoryRow, Reason},
     scene::Plan,
 };
@@ -31,6 +32,9 @@ const GEOMETRY_UPDATES: usize = 30;
 /// Motion of the surfaces from one geometry to the next, relative to their displacement, that is none: round-off of
 /// positions, whatever the tolerance.
 const SETTLED: f64 = 1e-10;
+
+/// An automatic tolerance is a tenth of the discretisation error; of few meshes it comes below this.
+const SELDOM_BELOW: f64 = 1e-8;
 
 /// Turning of a surface in contact, rad, from which a user is told that the initial geometry does not hold.
 const TURNED: f64 = 0.05;
@@ -132,6 +136,10 @@ impl Active {
         let start = Instant::now();
         let (mut bodies, mut responses) = (Vec::new(), Vec::new());
         let factorised = assembled.into_iter().enumerate().try_for_each(|(i, mut body)| {
+            body.answer_to(match case.alternation.tolerance {
+                Tolerance::Fixed(tolerance) => tolerance,
+                Tolerance::Automatic => SELDOM_BELOW,
+            });
             body.split_soft_modes(softness(case, groups.bodies()[i]));
             let mut body = body.factorise(&groups.group)?;
             let rows =
@@ -351,6 +359,7 @@ impl Active {
         warm: &[PairState],
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
+        let _stage = Stage::Alternate.enter();
         let world = &scene.plan.groups.world;
         let outcome = match &self.contacts {
             None => {

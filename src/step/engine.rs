@@ -9,7 +9,8 @@ use super::{
 use crate::{
     body::Body,
     case::{Case, Driver},
-    error::Result,
+    error::{Error, Result},
+    petsc::Stage,
     record::{HistoryRow, Reason},
     scene::Plan,
 };
@@ -33,6 +34,7 @@ pub(crate) struct Advanced {
 impl Engine {
     /// Meshes, assembles, factorises. Collective.
     pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<(Plan, Engine)> {
+        let _stage = Stage::SetUp.enter();
         match case.alternation.driver {
             Driver::Relaxed(weights) => {
                 if let Some(step) = case.steps.first() {
@@ -57,10 +59,14 @@ impl Engine {
         target: Target,
         progress: impl FnMut(&HistoryRow),
     ) -> Result<Advanced> {
-        match self {
+        let advanced = match self {
             Engine::Active(active) => active.advance(scene, from, target, progress),
             Engine::Relaxed(relaxed) => relaxed.advance(scene, target, progress),
-        }
+        };
+        advanced.map_err(|e| match e {
+            Error::NotConverged(text) => Error::NotConverged(format!("load step {}: {text}", target.number)),
+            other => other,
+        })
     }
 
     pub fn bodies(&self) -> &[Body] {
