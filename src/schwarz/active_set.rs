@@ -11,6 +11,7 @@ use super::{
     projected_cg::Inner,
     record::{Recorder, State},
     scales::{ROUND_OFF, THRESHOLD},
+    tolerance::Look,
 };
 use crate::vector::{larger, smaller};
 use crate::{error::Result, record::HistoryRow};
@@ -76,8 +77,8 @@ pub struct ActiveSet<'c, 'a, B> {
     /// F, where it is at hand as a matrix.
     pub(super) dual: Option<Dual>,
     pub(super) g_free: Vec<f64>,
-    /// The tolerance that the mesh error of the last look asked for.
-    pub(super) look: Option<f64>,
+    /// The look at the mesh error that the next one has to confirm.
+    pub(super) look: Option<Look>,
     pub(super) recorder: Recorder,
     pub(super) threshold: f64,
     /// The residual at which the last linear solve ended, relative.
