@@ -73,6 +73,8 @@ pub struct ActiveSet<'c, 'a, B> {
     /// The residual that round-off leaves, if that is more than the tolerance.
     pub round_off: Option<f64>,
     pub(super) g_free: Vec<f64>,
+    /// The tolerance that the mesh error of the last look asked for.
+    pub(super) look: Option<f64>,
     pub(super) recorder: Recorder,
     pub(super) threshold: f64,
     /// The residual at which the last linear solve ended, relative.
@@ -114,6 +116,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             flipped: Vec::new(),
             round_off: None,
             g_free,
+            look: None,
             recorder,
             threshold: THRESHOLD,
             residual: 0.0,
@@ -336,7 +339,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     }
 
     pub(super) fn record(&mut self, flips: usize, progress: &mut impl FnMut(&HistoryRow)) {
-        let (scale, _) = self.scales();
+        let scale = self.scales().all;
         let gaps: Vec<f64> = (0..self.coupling.n).map(|j| self.gap_at(j)).collect();
         let pushed = self.coarse.restrict(self.coupling.exchange, |j| self.force[j]);
         let size = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();

@@ -43,8 +43,9 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let projector = self.coarse.projector(self.coupling.exchange, &self.active);
         let responses = self.evaluate(guess, &projector, progress)?;
         let r = self.residual_vector();
-        let (scale, floor) = self.scales();
-        let size = self.coupling.dot(&r, &r).sqrt();
+        let scales = self.scales();
+        let (scale, floor) = (scales.all, scales.floor);
+        let [size, _] = self.size(&r, &scales);
         let Some([mut own, mut other]) = responses else { return Ok(self.force.clone()) };
         if size > MODEL * scale || size <= (self.limits.tolerance * scale).max(floor) {
             return Ok(self.force.clone());

@@ -107,13 +107,14 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let mut sizes = Vec::new();
         let early = tolerance > self.limits.tolerance;
         for iteration in 0_usize.. {
-            let (scale, floor) = self.scales();
-            let size = self.size(&r, scale);
+            let scales = self.scales();
+            let (scale, floor) = (scales.all, scales.floor);
+            let [size, joint] = self.size(&r, &scales);
             self.residual = if scale > 0.0 { size / scale } else { 0.0 };
             let mut small = size <= scale * if early { tolerance } else { self.limits.tolerance };
             if small && !early {
-                self.follow_mesh_error();
-                small = size <= self.limits.tolerance * scale;
+                let is_believed = self.follow_mesh_error();
+                small = is_believed && size <= self.limits.tolerance * scale;
             }
             if small && early || size == 0.0 {
                 return Ok(Inner::Done);
@@ -129,6 +130,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 waited > patience && size <= much * floor && !falls(patience / 2)
             };
             if size <= floor || small && waited > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
+                // What round-off hides of one pair need not be worthless to all.
+                self.residual = if scale > 0.0 { joint / scale } else { 0.0 };
                 return Ok(Inner::RoundOff);
             }
             if self.recorder.count() >= self.limits.max_alternations {

@@ -189,6 +189,7 @@ impl Active {
         self.clock.recover += recovering.elapsed().as_secs_f64();
         self.look_beyond(step, &nodal, &mut found);
         found.warnings = super::text::gather_lines(&plan.groups.world, &found.warnings);
+        found.turned = super::text::gather_lines(&plan.groups.world, &found.turned);
         self.geometry = geometry;
         self.clock.step += start.elapsed().as_secs_f64();
         Ok((found, nodal))
@@ -241,7 +242,7 @@ impl Active {
                 });
                 let turned = turned.fold(0.0, larger);
                 if turned > TURNED {
-                    found.warnings.push(format!(
+                    found.turned.push(format!(
                         "contact '{}': the surface turns by up to {:.1} degrees where it touches, which normals and gaps of the \
                          initial geometry do not follow: use geometry = \"updated\"",
                         case.contacts[end.pair].name,

@@ -310,6 +310,7 @@ impl Contacts {
             found.diagnosis.extend(not_finite.filter(|_| plan.groups.own == 0));
         }
         found.tolerance = driver.limits.tolerance;
+        found.round_off = driver.round_off;
         if let (Some(residual), Tolerance::Fixed(_), 0) =
             (driver.round_off, case.alternation.tolerance, plan.groups.own)
         {

@@ -1,6 +1,6 @@
 //! What a driver found, end by end of the pairs, whichever driver it was.
 use super::rows::Pair;
-use crate::vector::larger;
+use crate::vector::{larger, worst};
 use crate::{
     contact::{
         Surface,
@@ -30,6 +30,10 @@ pub(super) struct Found {
     pub held_modes: Vec<String>,
     pub diagnosis: Vec<String>,
     pub warnings: Vec<String>,
+    /// Warnings of surfaces that have turned away from the normals they had.
+    pub turned: Vec<String>,
+    /// The residual that round-off leaves, if that is more than the tolerance.
+    pub round_off: Option<f64>,
 }
 
 /// One end of a pair.
@@ -53,6 +57,8 @@ pub(super) struct EndFound {
     pub beyond: f64,
     /// Largest |pressure x gap|, and the largest gap or travel, m.
     pub complementarity: [f64; 2],
+    /// Largest elastic approach at a candidate, m.
+    pub approach: f64,
 }
 
 impl Found {
@@ -70,6 +76,8 @@ impl Found {
             held_modes: Vec::new(),
             diagnosis: Vec::new(),
             warnings: Vec::new(),
+            turned: Vec::new(),
+            round_off: None,
         }
     }
 
@@ -126,6 +134,7 @@ impl EndFound {
             penetration: gaps.iter().map(|g| -g).fold(0.0, larger),
             beyond: 0.0,
             complementarity,
+            approach: worst(elastic.iter().copied()),
         }
     }
 
@@ -162,6 +171,7 @@ impl EndFound {
             penetration: 0.0,
             beyond: 0.0,
             complementarity: [0.0; 2],
+            approach: 0.0,
         }
     }
 }

@@ -10,6 +10,7 @@ mod measure;
 mod outline;
 mod outlook;
 mod pairs;
+mod plausible;
 mod relaxed;
 mod rows;
 mod solved;
@@ -32,13 +33,14 @@ use crate::{
     scene::Plan,
 };
 use active::{Active, Nodal};
-use checks::{checks, total, worst};
+use checks::{OfBodies, checks, total, worse};
 use evidence::Evidence;
 use fields::{append, probe, start_fields};
 use found::Found;
 use mpi::{topology::SimpleCommunicator, traits::*};
 use outline::outlines;
 use pairs::pair_results;
+use plausible::{Motion, Motions};
 use relaxed::Relaxed;
 use solved::Solved;
 use std::{path::Path, time::Instant};
@@ -176,12 +178,14 @@ impl Run {
         let heated = case.bodies.iter().any(|b| b.temperature.is_some());
         start_fields(&mut piece, heated);
         let (mut balances, mut recovered, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+        let mut motions = Vec::new();
         let finished = std::iter::zip(bodies, nodal).enumerate().try_for_each(|(i, (body, nodal))| {
             let u = body.with_ghosts(&groups.group, &nodal.displacement)?;
             let (fields, balance) = agree(&groups.group, body.recover(&u, &nodal.contact))?;
             let error = BodyError::new(body, groups.bodies()[i], &groups.group, &u, &fields)?;
             append(&mut piece, body, &fields, &error, groups.bodies()[i], heated);
             errors.push(error);
+            motions.push(Motion::of_part(body, &fields, plan.meshes[i].points[0]));
             balances.push(total(&groups.group, &balance));
             recovered.push(fields);
             Ok(())
@@ -192,16 +196,25 @@ impl Run {
         if found.reason.converged() && beyond {
             found.reason = Reason::Penetration;
         }
-        let checks = checks(&balances, &pairs, &found.ends, world);
-        let evidence = Evidence { checks: &checks, pairs: &pairs, piece: &piece };
+        let n = case.bodies.len();
+        let of_bodies = OfBodies::new(&balances, groups.bodies(), n, world);
+        let motions = Motions::gather(&motions, groups.bodies(), n, world);
+        let checks = checks(&of_bodies, &pairs, &found.ends, world);
+        let (bodies, motions) = (&of_bodies, &motions);
+        let evidence = Evidence { case, checks: &checks, bodies, motions, pairs: &pairs, piece: &piece };
         evidence.decide(&mut found, world);
+        self.warnings.extend(motions.warnings(case));
+        // Large strains have another cause than the geometry of the contact.
+        self.warnings
+            .extend(std::mem::take(&mut found.turned).into_iter().filter(|_| !motions.has_large_strain()));
         let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, &found));
         std::iter::zip(&mut pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
-        self.checks = worst(self.checks, checks);
+        self.checks = worse(self.checks, checks);
         let counts = [found.history.len() as u64, found.updates, found.force_steps, found.displacement_steps];
         let counts = share_outcome(world, &mut found.reason, counts);
         self.reason = found.reason;
-        self.tolerance = self.tolerance.min(parallel::from_first(world, found.tolerance));
+        let tolerance = parallel::from_first(world, found.tolerance);
+        self.tolerance = self.tolerance.min(tolerance);
         std::iter::zip(&mut self.counts, counts).for_each(|(sum, n)| *sum += n);
         if !self.steps.is_empty() {
             let old = std::mem::take(&mut self.piece);
@@ -218,7 +231,7 @@ impl Run {
             updates: counts[1],
         };
         let error_estimate = record::ErrorEstimate::from(&estimate);
-        self.steps.push(StepSummary::new(&summary, pairs, probes, error_estimate));
+        self.steps.push(StepSummary::new(&summary, tolerance, pairs, probes, error_estimate));
         self.estimate = estimate;
         (self.piece, self.pairs, self.free_modes) = (piece, tables, found.free_modes);
         self.held_modes = found.held_modes;

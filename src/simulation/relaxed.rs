@@ -329,6 +329,7 @@ fn alternate(
 fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[ContactNode]) -> EndFound {
     let mut table = empty_table(surface);
     let mut complementarity = [0.0_f64; 2];
+    let mut approach: f64 = 0.0;
     for (k, node) in side.nodes.iter().enumerate() {
         let i = node.node;
         table.normal[i] = node.conjugate.normal;
@@ -337,6 +338,7 @@ fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[Contac
         table.force[i] = node.conjugate.normal.map(|c| -state.force[k] * c);
         table.status[i] = if state.active[k] { 2 } else { 1 };
         let travel = dot(&node.conjugate.normal, &state.displacement[node.node]).abs();
+        approach = larger(approach, (node.conjugate.gap - state.gap[k]).abs());
         complementarity[0] = larger(complementarity[0], (table.pressure[i] * state.gap[k]).abs());
         complementarity[1] =
             larger(larger(larger(complementarity[1], state.gap[k].abs()), node.conjugate.gap.abs()), travel);
@@ -359,6 +361,7 @@ fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[Contac
         penetration: state.gap.iter().map(|g| -g).fold(0.0, larger),
         beyond: beyond.iter().map(penetration).fold(0.0, larger),
         complementarity,
+        approach,
         table,
     }
 }
