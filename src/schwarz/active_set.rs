@@ -10,6 +10,7 @@ use super::{
     projected_cg::Inner,
     record::{Recorder, State},
     scales::{ROUND_OFF, THRESHOLD},
+    tolerance::Look,
 };
 use crate::vector::{larger, smaller};
 use crate::{error::Result, record::HistoryRow};
@@ -73,8 +74,8 @@ pub struct ActiveSet<'c, 'a, B> {
     /// The residual that round-off leaves, if that is more than the tolerance.
     pub round_off: Option<f64>,
     pub(super) g_free: Vec<f64>,
-    /// The tolerance that the mesh error of the last look asked for.
-    pub(super) look: Option<f64>,
+    /// The look at the mesh error that the next one has to confirm.
+    pub(super) look: Option<Look>,
     pub(super) recorder: Recorder,
     pub(super) threshold: f64,
     /// The residual at which the last linear solve ended, relative.

@@ -113,7 +113,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             self.residual = if scale > 0.0 { size / scale } else { 0.0 };
             let mut small = size <= scale * if early { tolerance } else { self.limits.tolerance };
             if small && !early {
-                let is_believed = self.follow_mesh_error();
+                let is_believed = self.follow_mesh_error(self.residual);
                 small = is_believed && size <= self.limits.tolerance * scale;
             }
             if small && early || size == 0.0 {

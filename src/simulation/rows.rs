@@ -1,5 +1,6 @@
 //! Contact rows of the pairs, and the bodies' shares of them.
 use super::Plan;
+use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
     case::{BodyRef, Case, ContactCase, Gap, Transfer},
@@ -86,6 +87,7 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
             crate::contact::pointwise(own, &conjugates, f64::INFINITY)
         }
     };
+    let all: Vec<Row> = all.into_iter().map(|row| closed(row, &contact.gap, [own, other])).collect();
     // A row that supports hold on both sides carries a support's force, not a contact's.
     let held = [held[multiplier], held[1 - multiplier]];
     let is_held = |row: &Row| {
@@ -111,6 +113,23 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
         mortar_nodes: nodes.len(),
         rigid_motion,
     }
+}
+
+/// Coordinates are rounded, and their interpolation along a surface adds as much again: a geometric gap of this many units
+/// of their round-off is none. A stiff pair, whose approach is small, would feel it.
+const TOUCHING: f64 = 4.0 * f64::EPSILON;
+
+/// The row with a gap that coordinates cannot tell from none put to none.
+fn closed(mut row: Row, gap: &Gap, surfaces: [&Surface; 2]) -> Row {
+    if let Gap::Geometry { offset } = gap {
+        let points = std::iter::zip(&row.terms, surfaces);
+        let points = points.flat_map(|(terms, s)| terms.iter().map(|(node, _)| &s.points[*node as usize]));
+        let size = worst(points.flat_map(|p| [p[0].abs(), p[1].abs()]));
+        if (row.gap - offset).abs() <= TOUCHING * size {
+            row.gap = *offset;
+        }
+    }
+    row
 }
 
 /// Motion of a rigid side of a pair at factor 1, m.

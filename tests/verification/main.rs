@@ -14,6 +14,7 @@ mod rings;
 mod stack;
 mod steps;
 mod updated;
+mod verdicts;
 
 use common::{check_invariants_within, run, summary, value};
 use kontakt::output::{RESULT, Results};
