@@ -6,7 +6,7 @@ use super::{
     Coarse, Coupling, PairRows, Respond,
     quadratic::{Face, Found, Given, Quadratic},
 };
-use crate::{error::Result, petsc::Symmetric};
+use crate::{error::Result, petsc::Symmetric, vector::larger};
 use std::ops::Range;
 
 /// Factorisations of F that a contact problem is reckoned to take, n^3 / 3 operations each.
@@ -49,7 +49,7 @@ impl Dual {
         let first: Vec<usize> = (0..=n_pairs).map(|p| counts[..p].iter().sum::<f64>() as usize).collect();
         let n = first[n_pairs];
         let work = FACTORISATIONS * (n as f64).powi(3) / 3.0;
-        if n == 0 || counts[n_pairs] > 0.0 || work > counts[n_pairs + 1].max(UNNOTICED) {
+        if n == 0 || counts[n_pairs] > 0.0 || work > larger(counts[n_pairs + 1], UNNOTICED) {
             return None;
         }
         let mut f = vec![0.0; n * n];

@@ -9,6 +9,7 @@ use super::scales::ROUND_OFF;
 use crate::{
     error::Result,
     petsc::{Cholesky, Symmetric},
+    vector::{all_finite, larger, largest, smaller},
 };
 use nalgebra::{DMatrix, DVector};
 use std::{collections::HashSet, ops::Range};
@@ -16,6 +17,9 @@ use std::{collections::HashSet, ops::Range};
 /// Added to the diagonal, relative to its mean, which is 1: between the round-off of the entries, which it must drown, and
 /// the smallest stiffness that counts, which refinement must still see.
 const STIFFENED: f64 = 1e-9;
+
+/// A mode whose rows move less than this, squared and relative to the largest, moves them by round-off.
+const UNSEEN: f64 = 1e-18;
 
 /// Refinements of a solution; each lowers the error by the ratio of [`STIFFENED`] to the smallest eigenvalue.
 const REFINEMENTS: usize = 8;
@@ -130,8 +134,7 @@ impl Quadratic {
             }
             before = change;
         }
-        let is_finite = x.iter().chain(&alpha).all(|v| v.is_finite());
-        Ok(is_finite.then_some((x, alpha)))
+        Ok(all_finite(x.iter().chain(&alpha)).then_some((x, alpha)))
     }
 
     /// The stiffened system of the active rows; `None` if it cannot be factorised, as with entries that are no numbers.
@@ -149,8 +152,11 @@ impl Quadratic {
         let mut coarse = DMatrix::from_fn(m, m, |k, l| {
             0.5 * (dot(&on_active[k], &answers[l]) + dot(&on_active[l], &answers[k]))
         });
-        for k in 0..m {
-            let all: f64 = dot(&self.modes[k], &self.modes[k]);
+        let seen: Vec<f64> = self.modes.iter().map(|mode| dot(mode, mode)).collect();
+        // A spin that rows see by round-off only must not weigh less than that.
+        let least = UNSEEN * largest(&seen);
+        for (k, seen) in seen.into_iter().enumerate() {
+            let all = larger(seen, least);
             // A spring need only be kept above the round-off of the rest.
             let added = if self.stiffness[k] > 0.0 { NONE } else { STIFFENED };
             let held = self.stiffness[k] + added * all;
@@ -194,8 +200,7 @@ impl Quadratic {
         let mut next = active.to_vec();
         for pair in &self.pairs {
             let rigid = |j: usize| std::iter::zip(alpha, &self.modes).map(move |(a, mode)| a * mode[j]);
-            let largest = |v: &[f64]| pair.clone().fold(0.0, |l: f64, j| l.max(v[j].abs()));
-            let [force, approach] = [largest(x), largest(&elastic)];
+            let [force, approach] = [x, &elastic].map(|v| largest(&v[pair.clone()]));
             for j in pair.clone() {
                 let moved: f64 = rigid(j).sum();
                 let y = elastic[j] + gap[j] - moved;
@@ -219,8 +224,9 @@ impl Quadratic {
             return Ok(None);
         }
         let y_size = mean(&self.gaps(given.force, &alpha, given.gap)?) + x_size;
-        let mut x: Vec<f64> = given.force.iter().map(|f| f.max(x_size)).collect();
-        let mut y: Vec<f64> = self.gaps(&x, &alpha, given.gap)?.iter().map(|g| g.max(y_size)).collect();
+        let mut x: Vec<f64> = given.force.iter().map(|f| larger(*f, x_size)).collect();
+        let mut y = self.gaps(&x, &alpha, given.gap)?;
+        y.iter_mut().for_each(|y| *y = larger(*y, y_size));
         let first = dot(&x, &y);
         for _ in 0..INTERIOR_ITERATIONS {
             let product = dot(&x, &y);
@@ -241,16 +247,16 @@ impl Quadratic {
             };
             let reach = |v: &[f64], d: &[f64]| {
                 let ratios = std::iter::zip(v, d).filter(|(_, d)| **d < 0.0).map(|(v, d)| -v / d);
-                ratios.fold(1.0 / INSIDE, f64::min)
+                ratios.fold(1.0 / INSIDE, smaller)
             };
             let [dx, dy, _] = step(&vec![0.0; n])?;
-            let [sx, sy] = [reach(&x, &dx).min(1.0), reach(&y, &dy).min(1.0)];
+            let [sx, sy] = [smaller(reach(&x, &dx), 1.0), smaller(reach(&y, &dy), 1.0)];
             let ahead: f64 = (0..n).map(|j| (x[j] + sx * dx[j]) * (y[j] + sy * dy[j])).sum();
             let centre = (ahead / product).powi(3) * product / n as f64;
             let target: Vec<f64> = (0..n).map(|j| centre - dx[j] * dy[j]).collect();
             let [dx, dy, da] = step(&target)?;
             // One length for both: alpha belongs to x and to y.
-            let length = INSIDE * reach(&x, &dx).min(reach(&y, &dy));
+            let length = INSIDE * smaller(reach(&x, &dx), reach(&y, &dy));
             if length.is_nan() {
                 break;
             }
@@ -258,8 +264,7 @@ impl Quadratic {
                 std::iter::zip(v.iter_mut(), d).for_each(|(v, d)| *v += length * d);
             }
         }
-        let is_finite = x.iter().chain(&y).all(|v| v.is_finite());
-        Ok(is_finite.then(|| (0..n).map(|j| x[j] / x_size > y[j] / y_size).collect()))
+        Ok(all_finite(x.iter().chain(&y)).then(|| (0..n).map(|j| x[j] / x_size > y[j] / y_size).collect()))
     }
 }
 
@@ -291,14 +296,13 @@ mod tests {
 
     fn is_solution(q: &Quadratic, given: &Given, found: &Found) {
         let y = q.gaps(&found.force, &found.alpha, given.gap).unwrap();
-        let largest = |v: &[f64]| v.iter().fold(0.0, |l: f64, v| l.max(v.abs()));
         let elastic = largest(&q.a.times(&found.force).unwrap());
         for (x, y) in std::iter::zip(&found.force, &y) {
             assert!(*x >= -1e-10 * largest(&found.force) && *y >= -1e-10 * elastic, "{x} {y}");
             assert!(x.abs() <= 1e-10 * largest(&found.force) || y.abs() <= 1e-10 * elastic, "{x} {y}");
         }
         let missing = q.missing(&found.force, &found.alpha, given.work);
-        assert!(largest(&missing) <= 1e-10 * largest(given.work).max(1.0), "{missing:?}");
+        assert!(largest(&missing) <= 1e-10 * larger(largest(given.work), 1.0), "{missing:?}");
     }
 
     fn problem(a: Symmetric, modes: Vec<Vec<f64>>) -> Quadratic {
@@ -321,7 +325,7 @@ mod tests {
     fn the_interior_point_method_finds_the_set() {
         for (a, bend) in [(half_plane(60).0, 1.0), (cantilever(60), -0.4)] {
             let gap: Vec<f64> = (0..60).map(|i| bend * (i as f64 / 59.0 - 0.6).powi(2) - 0.05).collect();
-            let start: Vec<f64> = gap.iter().map(|g| (-g).max(0.0)).collect();
+            let start: Vec<f64> = gap.iter().map(|g| larger(-g, 0.0)).collect();
             let q = problem(a, Vec::new());
             let given = Given { gap: &gap, work: &[], force: &start, alpha: &[] };
             let found = q.solve(&given).unwrap().unwrap();
@@ -347,6 +351,17 @@ mod tests {
             assert!((2.0 * found.force[2 * i] - force).abs() < 1e-6 * force.abs());
             assert!((2.0 * found.force[2 * i + 1] - force).abs() < 1e-6 * force.abs());
         }
+    }
+
+    #[test]
+    fn a_spin_that_rows_see_by_round_off_is_left_alone() {
+        let (a, x) = half_plane(61);
+        let gap: Vec<f64> = x.iter().map(|x| x * x).collect();
+        let spin: Vec<f64> = (0..61).map(|j| 1e-17 * (3.0 * j as f64).sin()).collect();
+        let q = problem(a, vec![vec![1.0; 61], spin]);
+        let given = Given { gap: &gap, work: &[0.3, 0.0], force: &[0.3 / 61.0; 61], alpha: &[0.0; 2] };
+        let found = q.solve(&given).unwrap().unwrap();
+        is_solution(&q, &given, &found);
     }
 
     #[test]
