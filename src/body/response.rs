@@ -2,6 +2,7 @@
 use super::{Body, BodyRow, Condensed, Solver, interface::contact_force};
 use crate::{
     error::Result,
+    petsc::Symmetric,
     schwarz::{Respond, RespondAtNodes, Spring},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -217,6 +218,20 @@ impl Respond for Response {
         match self {
             Response::Condensed(c) => c.unilateral_step(gap, chosen, held),
             Response::Solver(_) => Ok(None),
+        }
+    }
+
+    fn compliance(&self) -> Option<&Symmetric> {
+        match self {
+            Response::Condensed(c) => Some(c.compliance()),
+            Response::Solver(_) => None,
+        }
+    }
+
+    fn condensation(&self) -> f64 {
+        match self {
+            Response::Condensed(c) => c.operations(),
+            Response::Solver(_) => 0.0,
         }
     }
 

@@ -7,6 +7,7 @@
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
 use super::{
     Coarse, Coupling, MeshError, Outcome, PairRows, Reason, Respond, Share,
+    dual::Dual,
     projected_cg::Inner,
     record::{Recorder, State},
     scales::{ROUND_OFF, THRESHOLD},
@@ -72,6 +73,8 @@ pub struct ActiveSet<'c, 'a, B> {
     pub flipped: Vec<usize>,
     /// The residual that round-off leaves, if that is more than the tolerance.
     pub round_off: Option<f64>,
+    /// F, where it is at hand as a matrix.
+    pub(super) dual: Option<Dual>,
     pub(super) g_free: Vec<f64>,
     pub(super) recorder: Recorder,
     pub(super) threshold: f64,
@@ -99,7 +102,9 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             std::iter::zip(&initial, free).map(|(&g, w)| if closes(g, w) { 0.0 } else { g - w }).collect();
         let n = coupling.n;
         let recorder = Recorder::new(n_pairs, step);
+        let dual = Dual::new(coupling, coarse, rows, n_pairs);
         ActiveSet {
+            dual,
             share: vec![1.0; coupling.ends.len()],
             coupling,
             rows,
@@ -149,10 +154,10 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                 warm.resize(self.coupling.n, 0.0);
                 warm
             }
+            _ if self.dual.is_some() => start.clone(),
             _ => self.one_sided_guess(&start)?,
         };
-        self.active = self.compressed(&guess);
-        let guess = self.improved_guess(guess, &mut progress)?;
+        let guess = self.first_guess(guess, &mut progress)?;
         let reason = self.iterate(guess, &start, &mut progress)?;
         Ok(Ok(self.outcome(reason)))
     }

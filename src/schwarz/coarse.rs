@@ -111,6 +111,12 @@ impl Coarse {
         self.springs.iter().map(|&(k, lever)| (self.work[k] - pushed[k]) / lever).collect()
     }
 
+    /// The springs' forces, N, at the amplitudes `alpha`.
+    pub fn spring_forces_at(&self, alpha: &[f64]) -> Vec<f64> {
+        let stiffness = &self.scaling[self.n_rows..];
+        std::iter::zip(&self.springs, stiffness).map(|(&(k, lever), s)| s * lever * alpha[k]).collect()
+    }
+
     /// Z' v over all ranks. Collective on the roots unless there are no modes.
     pub fn restrict(&self, exchange: &Exchange, v: impl Fn(usize) -> f64) -> Vec<f64> {
         if self.n == 0 {

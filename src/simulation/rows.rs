@@ -187,6 +187,7 @@ impl Shares {
             shares.rows.push(match is_multiplier {
                 true => PairRows {
                     gap: data.rows.iter().map(|row| row.gap).collect(),
+                    area: data.rows.iter().map(|row| row.area).collect(),
                     stiffness: thickness / (1.0 / data.moduli[0] + 1.0 / data.moduli[1]),
                     compliance_ratio: data.moduli[1] / data.moduli[0],
                     mortar_is_coarse: data.mortar_nodes < data.rows.len(),
