@@ -10,6 +10,9 @@ const BALANCED: f64 = 1e-12;
 /// least that round-off can leave: the round-off of a body's answer grows with its condition.
 const PATIENCE: [(usize, f64); 2] = [(12, 1e4), (48, 1e6)];
 
+/// The same where the preconditioner is exact: one iteration leaves nothing but round-off, and a second one none of the first's.
+const EXACT_PATIENCE: [(usize, f64); 2] = [(2, 1e4), (6, 1e6)];
+
 /// Iterations that a residual below the tolerance may rest before the forces, whose error is watched, too, are as good as
 /// round-off lets them be.
 const SMALL_PATIENCE: usize = 4;
@@ -139,7 +142,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             let rests = |(patience, much): (usize, f64)| {
                 waited > patience && size <= much * floor && !falls(patience / 2)
             };
-            if size <= floor || small && waited > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
+            let patience = if self.dual.is_some() { EXACT_PATIENCE } else { PATIENCE };
+            if size <= floor || small && waited > SMALL_PATIENCE || patience.into_iter().any(rests) {
                 return Ok(Inner::RoundOff);
             }
             if self.recorder.count() >= self.limits.max_alternations {
