@@ -6,7 +6,7 @@ use super::{
     Coarse, Coupling, PairRows, Respond,
     quadratic::{Face, Found, Given, Quadratic},
 };
-use crate::{error::Result, petsc::Symmetric};
+use crate::{error::Result, petsc::Symmetric, vector::larger};
 use std::ops::Range;
 
 /// Factorisations of F that a contact problem is reckoned to take, n^3 / 3 operations each.
@@ -49,7 +49,7 @@ impl Dual {
         let first: Vec<usize> = (0..=n_pairs).map(|p| counts[..p].iter().sum::<f64>() as usize).collect();
         let n = first[n_pairs];
         let work = FACTORISATIONS * (n as f64).powi(3) / 3.0;
-        if n == 0 || counts[n_pairs] > 0.0 || work > counts[n_pairs + 1].max(UNNOTICED) {
+        if n == 0 || counts[n_pairs] > 0.0 || work > larger(counts[n_pairs + 1], UNNOTICED) {
             return None;
         }
         let mut f = vec![0.0; n * n];
@@ -80,9 +80,7 @@ impl Dual {
         let area = place.gather(&area);
         let mut scale = vec![1.0; n];
         for pair in &pairs {
-            let mean = |v: &dyn Fn(usize) -> f64| {
-                pair.clone().map(v).sum::<f64>() / pair.len().max(1) as f64
-            };
+            let mean = |v: &dyn Fn(usize) -> f64| pair.clone().map(v).sum::<f64>() / pair.len().max(1) as f64;
             let (compliance, mean_area) = (mean(&|j| f[j * n + j]), mean(&|j| area[j]));
             for j in pair.clone() {
                 let weighted = (compliance * mean_area / area[j]).sqrt();
@@ -155,8 +153,9 @@ impl Dual {
             .zip(&coupling.springs)
             .map(|(r, (_, spring))| spring.stiffness * r)
             .collect();
-        let pushed =
-            coarse.restrict(coupling.exchange, |j| if j < coupling.n_rows { 0.0 } else { springs[j - coupling.n_rows] });
+        let pushed = coarse.restrict(coupling.exchange, |j| {
+            if j < coupling.n_rows { 0.0 } else { springs[j - coupling.n_rows] }
+        });
         let missing: Vec<f64> = pushed.iter().map(|p| -p).collect();
         let n = r_rows.len();
         let mut message = vec![0.0; n + coarse.n + 1];

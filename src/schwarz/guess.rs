@@ -16,7 +16,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         if let Some(dual) = &mut self.dual {
             let solved = dual.solve(self.coupling, self.coarse, &self.g_free, &guess, &self.alpha)?;
             if let Some((force, _)) = solved {
-                self.active = (0..self.coupling.n).map(|j| j >= self.coupling.n_rows || force[j] != 0.0).collect();
+                self.active =
+                    (0..self.coupling.n).map(|j| j >= self.coupling.n_rows || force[j] != 0.0).collect();
                 return Ok(force);
             }
         }

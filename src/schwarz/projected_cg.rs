@@ -1,6 +1,5 @@
 //! The linear system of an active set, by projected conjugate gradients: one iteration is one alternation.
 use super::{ActiveSet, Projector, Respond};
-use crate::vector::larger;
 use crate::{error::Result, record::HistoryRow};
 
 /// Imbalance of the forces, relative to the sum of the absolute works, that is round-off.
@@ -197,8 +196,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
     fn conjugate(&self, z: Vec<f64>, directions: &[Direction]) -> Vec<f64> {
         let product = |d: &Direction| std::iter::zip(&z, &d.q).map(|(z, q)| z * q).sum::<f64>();
         let products: Vec<f64> = directions.iter().map(product).collect();
-        let products =
-            if products.is_empty() { products } else { self.coupling.exchange.sum(&products) };
+        let products = if products.is_empty() { products } else { self.coupling.exchange.sum(&products) };
         let mut p = z;
         for (product, d) in std::iter::zip(products, directions) {
             let part = product / d.curvature;

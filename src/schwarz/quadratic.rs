@@ -9,6 +9,7 @@ use super::scales::ROUND_OFF;
 use crate::{
     error::Result,
     petsc::{Cholesky, Symmetric},
+    vector::{all_finite, larger, largest, smaller},
 };
 use nalgebra::{DMatrix, DVector};
 use std::{collections::HashSet, ops::Range};
@@ -130,8 +131,7 @@ impl Quadratic {
             }
             before = change;
         }
-        let is_finite = x.iter().chain(&alpha).all(|v| v.is_finite());
-        Ok(is_finite.then_some((x, alpha)))
+        Ok(all_finite(x.iter().chain(&alpha)).then_some((x, alpha)))
     }
 
     /// The stiffened system of the active rows; `None` if it cannot be factorised, as with entries that are no numbers.
@@ -163,9 +163,8 @@ impl Quadratic {
     /// Corrections of the active forces and of the motions for residuals of the gaps and of equilibrium.
     pub fn correct(&self, face: &Face, mut r: Vec<f64>, missing: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
         face.factor.solve(&mut r)?;
-        let pushed = self.modes.iter().map(|mode| {
-            face.active.iter().zip(&r).map(|(&j, r)| mode[j] * r).sum::<f64>()
-        });
+        let pushed =
+            self.modes.iter().map(|mode| face.active.iter().zip(&r).map(|(&j, r)| mode[j] * r).sum::<f64>());
         let rest = DVector::from_iterator(missing.len(), std::iter::zip(missing, pushed).map(|(m, p)| m - p));
         let alpha = face.coarse.solve(&rest);
         for (alpha, answer) in std::iter::zip(&alpha, &face.answers) {
@@ -195,8 +194,7 @@ impl Quadratic {
         let mut next = active.to_vec();
         for pair in &self.pairs {
             let rigid = |j: usize| std::iter::zip(alpha, &self.modes).map(move |(a, mode)| a * mode[j]);
-            let largest = |v: &[f64]| pair.clone().fold(0.0, |l: f64, j| l.max(v[j].abs()));
-            let [force, approach] = [largest(x), largest(&elastic)];
+            let [force, approach] = [x, &elastic].map(|v| largest(&v[pair.clone()]));
             for j in pair.clone() {
                 let moved: f64 = rigid(j).sum();
                 let y = elastic[j] + gap[j] - moved;
@@ -220,8 +218,9 @@ impl Quadratic {
             return Ok(None);
         }
         let y_size = mean(&self.gaps(given.force, &alpha, given.gap)?) + x_size;
-        let mut x: Vec<f64> = given.force.iter().map(|f| f.max(x_size)).collect();
-        let mut y: Vec<f64> = self.gaps(&x, &alpha, given.gap)?.iter().map(|g| g.max(y_size)).collect();
+        let mut x: Vec<f64> = given.force.iter().map(|f| larger(*f, x_size)).collect();
+        let mut y = self.gaps(&x, &alpha, given.gap)?;
+        y.iter_mut().for_each(|y| *y = larger(*y, y_size));
         let first = dot(&x, &y);
         for _ in 0..INTERIOR_ITERATIONS {
             let product = dot(&x, &y);
@@ -242,16 +241,16 @@ impl Quadratic {
             };
             let reach = |v: &[f64], d: &[f64]| {
                 let ratios = std::iter::zip(v, d).filter(|(_, d)| **d < 0.0).map(|(v, d)| -v / d);
-                ratios.fold(1.0 / INSIDE, f64::min)
+                ratios.fold(1.0 / INSIDE, smaller)
             };
             let [dx, dy, _] = step(&vec![0.0; n])?;
-            let [sx, sy] = [reach(&x, &dx).min(1.0), reach(&y, &dy).min(1.0)];
+            let [sx, sy] = [smaller(reach(&x, &dx), 1.0), smaller(reach(&y, &dy), 1.0)];
             let ahead: f64 = (0..n).map(|j| (x[j] + sx * dx[j]) * (y[j] + sy * dy[j])).sum();
             let centre = (ahead / product).powi(3) * product / n as f64;
             let target: Vec<f64> = (0..n).map(|j| centre - dx[j] * dy[j]).collect();
             let [dx, dy, da] = step(&target)?;
             // One length for both: alpha belongs to x and to y.
-            let length = INSIDE * reach(&x, &dx).min(reach(&y, &dy));
+            let length = INSIDE * smaller(reach(&x, &dx), reach(&y, &dy));
             if length.is_nan() {
                 break;
             }
@@ -259,8 +258,7 @@ impl Quadratic {
                 std::iter::zip(v.iter_mut(), d).for_each(|(v, d)| *v += length * d);
             }
         }
-        let is_finite = x.iter().chain(&y).all(|v| v.is_finite());
-        Ok(is_finite.then(|| (0..n).map(|j| x[j] / x_size > y[j] / y_size).collect()))
+        Ok(all_finite(x.iter().chain(&y)).then(|| (0..n).map(|j| x[j] / x_size > y[j] / y_size).collect()))
     }
 }
 
@@ -292,14 +290,13 @@ mod tests {
 
     fn is_solution(q: &Quadratic, given: &Given, found: &Found) {
         let y = q.gaps(&found.force, &found.alpha, given.gap).unwrap();
-        let largest = |v: &[f64]| v.iter().fold(0.0, |l: f64, v| l.max(v.abs()));
         let elastic = largest(&q.a.times(&found.force).unwrap());
         for (x, y) in std::iter::zip(&found.force, &y) {
             assert!(*x >= -1e-10 * largest(&found.force) && *y >= -1e-10 * elastic, "{x} {y}");
             assert!(x.abs() <= 1e-10 * largest(&found.force) || y.abs() <= 1e-10 * elastic, "{x} {y}");
         }
         let missing = q.missing(&found.force, &found.alpha, given.work);
-        assert!(largest(&missing) <= 1e-10 * largest(given.work).max(1.0), "{missing:?}");
+        assert!(largest(&missing) <= 1e-10 * larger(largest(given.work), 1.0), "{missing:?}");
     }
 
     fn problem(a: Symmetric, modes: Vec<Vec<f64>>) -> Quadratic {
@@ -322,7 +319,7 @@ mod tests {
     fn the_interior_point_method_finds_the_set() {
         for (a, bend) in [(half_plane(60).0, 1.0), (cantilever(60), -0.4)] {
             let gap: Vec<f64> = (0..60).map(|i| bend * (i as f64 / 59.0 - 0.6).powi(2) - 0.05).collect();
-            let start: Vec<f64> = gap.iter().map(|g| (-g).max(0.0)).collect();
+            let start: Vec<f64> = gap.iter().map(|g| larger(-g, 0.0)).collect();
             let q = problem(a, Vec::new());
             let given = Given { gap: &gap, work: &[], force: &start, alpha: &[] };
             let found = q.solve(&given).unwrap().unwrap();
