@@ -18,6 +18,9 @@ use std::{collections::HashSet, ops::Range};
 /// the smallest stiffness that counts, which refinement must still see.
 const STIFFENED: f64 = 1e-9;
 
+/// A mode whose rows move less than this, squared and relative to the largest, moves them by round-off.
+const UNSEEN: f64 = 1e-18;
+
 /// Refinements of a solution; each lowers the error by the ratio of [`STIFFENED`] to the smallest eigenvalue.
 const REFINEMENTS: usize = 8;
 
@@ -149,8 +152,11 @@ impl Quadratic {
         let mut coarse = DMatrix::from_fn(m, m, |k, l| {
             0.5 * (dot(&on_active[k], &answers[l]) + dot(&on_active[l], &answers[k]))
         });
-        for k in 0..m {
-            let all: f64 = dot(&self.modes[k], &self.modes[k]);
+        let seen: Vec<f64> = self.modes.iter().map(|mode| dot(mode, mode)).collect();
+        // A spin that rows see by round-off only must not weigh less than that.
+        let least = UNSEEN * largest(&seen);
+        for (k, seen) in seen.into_iter().enumerate() {
+            let all = larger(seen, least);
             // A spring need only be kept above the round-off of the rest.
             let added = if self.stiffness[k] > 0.0 { NONE } else { STIFFENED };
             let held = self.stiffness[k] + added * all;
@@ -345,6 +351,17 @@ mod tests {
             assert!((2.0 * found.force[2 * i] - force).abs() < 1e-6 * force.abs());
             assert!((2.0 * found.force[2 * i + 1] - force).abs() < 1e-6 * force.abs());
         }
+    }
+
+    #[test]
+    fn a_spin_that_rows_see_by_round_off_is_left_alone() {
+        let (a, x) = half_plane(61);
+        let gap: Vec<f64> = x.iter().map(|x| x * x).collect();
+        let spin: Vec<f64> = (0..61).map(|j| 1e-17 * (3.0 * j as f64).sin()).collect();
+        let q = problem(a, vec![vec![1.0; 61], spin]);
+        let given = Given { gap: &gap, work: &[0.3, 0.0], force: &[0.3 / 61.0; 61], alpha: &[0.0; 2] };
+        let found = q.solve(&given).unwrap().unwrap();
+        is_solution(&q, &given, &found);
     }
 
     #[test]
