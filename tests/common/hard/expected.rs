@@ -27,6 +27,8 @@ pub struct Run {
     /// Texts that the refusal must contain.
     #[serde(default)]
     pub message: Vec<String>,
+    /// Why the numbers of the run with `geometry = "updated"` differ; it then has to end as stated, no more.
+    pub updated: Option<String>,
     /// Most alternations allowed in a load step, on every number of ranks.
     #[serde(default = "alternations")]
     pub alternations_max: u64,
