@@ -1,5 +1,5 @@
 //! Invariants every run must satisfy, measured on the run itself.
-use super::found::EndFound;
+use crate::step::EndFound;
 use crate::vector::{larger, ratio, smaller};
 use crate::{body::Balance, parallel, record};
 use mpi::topology::SimpleCommunicator;

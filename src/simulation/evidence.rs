@@ -1,9 +1,9 @@
 //! The verdict of a step by what can be measured on its result, whatever the alternation says of itself.
-use super::found::Found;
 use crate::{
     output::Piece,
     parallel,
     record::{Checks, PairSummary, Reason},
+    step::Found,
     vector::all_finite,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};

@@ -1,5 +1,5 @@
 //! Contact pairs in numbers, and their tables along the surface.
-use super::found::{EndFound, Found};
+use crate::step::{EndFound, Found};
 use crate::vector::{larger, ratio};
 use crate::{
     case::{Case, ContactCase},
@@ -11,15 +11,15 @@ use mpi::topology::SimpleCommunicator;
 /// Sums over the ends of a pair.
 const SUMS: usize = 14;
 /// Maxima over the ends of a pair.
-const MAXIMA: usize = 5;
+const MAXIMA: usize = 4;
 
-/// Summaries and tables of the pairs, and whether a node beyond the candidates penetrates. Collective.
+/// Summaries and tables of the pairs. Collective.
 pub(super) fn pair_results(
     case: &Case,
     found: &Found,
     world: &SimpleCommunicator,
     warnings: &mut Vec<String>,
-) -> (Vec<record::PairSummary>, Vec<PairTables>, bool) {
+) -> (Vec<record::PairSummary>, Vec<PairTables>) {
     let names = |contact: &ContactCase| {
         [0, 1]
             .map(|s| format!("{}.{}", case.body_name(contact.surfaces[s].body), contact.surfaces[s].surface))
@@ -37,15 +37,12 @@ pub(super) fn pair_results(
     }
     let sums = parallel::sum(world, sums.as_flattened());
     let maxima = parallel::max(world, maxima.as_flattened());
-    let threshold = parallel::max(world, &[found.gap_threshold])[0];
-    let mut beyond = false;
     let pairs = case
         .contacts
         .iter()
         .enumerate()
         .map(|(p, contact)| {
             let (s, m) = (&sums[SUMS * p..][..SUMS], &maxima[MAXIMA * p..][..MAXIMA]);
-            beyond |= m[2] > threshold;
             let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             let together: Vec<f64> = (0..3).map(|c| s[c] + s[3 + c]).collect();
             let scale = size(&s[..3]) + size(&s[3..6]);
@@ -75,7 +72,7 @@ pub(super) fn pair_results(
                 contact_length: s[7],
                 max_penetration: m[1],
                 force_imbalance,
-                complementarity: ratio(m[3], m[0] * m[4]),
+                complementarity: ratio(m[2], m[0] * m[3]),
                 contraction: mean_contraction(history.map(|row| row.contraction)),
                 active: s[8] as u64,
                 open: (s[9] - s[8]) as u64,
@@ -83,7 +80,7 @@ pub(super) fn pair_results(
             }
         })
         .collect();
-    (pairs, tables, beyond)
+    (pairs, tables)
 }
 
 /// What is said of a pair that too few nodes carry; one all of whose nodes are in contact has its pressure at any number.
@@ -116,9 +113,8 @@ fn add(end: &EndFound, sum: &mut [f64; SUMS], max: &mut [f64; MAXIMA]) {
     sum[9] += end.candidates as f64;
     sum[10] += end.unmatched as f64;
     max[1] = larger(max[1], end.penetration);
-    max[2] = larger(max[2], end.beyond);
-    max[3] = larger(max[3], end.complementarity[0]);
-    max[4] = larger(max[4], end.complementarity[1]);
+    max[2] = larger(max[2], end.complementarity[0]);
+    max[3] = larger(max[3], end.complementarity[1]);
 }
 
 /// Length in contact, m: between the zeros of the pressure. At a smooth edge p^2 is linear in the distance from the

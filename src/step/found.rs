@@ -6,13 +6,15 @@ use crate::{
         Surface,
         vector::{combine, dot},
     },
+    parallel,
     record::{HistoryRow, Reason, SideTable},
     schwarz,
 };
+use mpi::topology::SimpleCommunicator;
 
 /// The outcome of a load step, on the first rank of a group; mostly empty elsewhere.
 #[derive(Debug, Clone)]
-pub(super) struct Found {
+pub(crate) struct Found {
     pub reason: Reason,
     pub history: Vec<HistoryRow>,
     pub updates: u64,
@@ -34,7 +36,7 @@ pub(super) struct Found {
 
 /// One end of a pair.
 #[derive(Debug, Clone)]
-pub(super) struct EndFound {
+pub(crate) struct EndFound {
     pub pair: usize,
     /// Side in the case: 0 is A.
     pub side: usize,
@@ -70,6 +72,15 @@ impl Found {
             held_modes: Vec::new(),
             diagnosis: Vec::new(),
             warnings: Vec::new(),
+        }
+    }
+
+    /// Where a node beyond the candidates penetrates, this is no solution. Collective.
+    pub fn refuse_penetration(&mut self, world: &SimpleCommunicator) {
+        let deepest = self.ends.iter().map(|end| end.beyond).fold(0.0, larger);
+        let [deepest, threshold] = parallel::max(world, &[deepest, self.gap_threshold])[..] else { return };
+        if deepest > threshold && self.reason.converged() {
+            self.reason = Reason::Penetration;
         }
     }
 
@@ -167,7 +178,7 @@ impl EndFound {
 }
 
 /// A table of a surface without contact.
-pub(super) fn empty_table(surface: &Surface) -> SideTable {
+pub(crate) fn empty_table(surface: &Surface) -> SideTable {
     let n = surface.nodes.len();
     SideTable {
         s: surface.s.clone(),

@@ -1,12 +1,12 @@
 //! Contact rows of the pairs, and the bodies' shares of them.
-use super::Plan;
 use crate::{
     body::{BodyRow, Constraints},
-    case::{BodyRef, Case, ContactCase, Gap, Transfer},
+    case::{BodyRef, Case, ContactCase, Gap, RigidShape, Transfer},
     contact::{Pairing, Row, Surface, mortar, vector::dot},
     error::Result,
     material::LinearElastic,
     parallel::Exchange,
+    scene::Plan,
     schwarz::{End, PairRows},
 };
 
@@ -17,7 +17,7 @@ const SEARCH: f64 = 0.1;
 const HELD: f64 = 1e-6;
 
 /// A pair as the first rank of either group sees it.
-pub(super) struct Pair {
+pub(crate) struct Pair {
     /// Side of the case (0: A) that carries the multipliers.
     pub multiplier: usize,
     /// Rows that may come into contact.
@@ -34,7 +34,7 @@ pub(super) struct Pair {
 
 /// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
 /// Not collective.
-pub(super) fn pair_rows(
+pub(crate) fn pair_rows(
     case: &Case,
     plan: &Plan,
     surfaces: &[[Surface; 2]],
@@ -114,10 +114,19 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
 }
 
 /// Motion of a rigid side of a pair at factor 1, m.
-pub(super) fn rigid_motion(case: &Case, pair: usize, side: usize) -> Option<[f64; 3]> {
+pub(crate) fn rigid_motion(case: &Case, pair: usize, side: usize) -> Option<[f64; 3]> {
     match case.contacts[pair].surfaces[side].body {
         BodyRef::Rigid(i) => Some(case.rigid[i].motion),
         BodyRef::Deformable(_) => None,
+    }
+}
+
+/// The normal of the straight rigid surface on the other side of an end's pair, if it is one.
+pub(super) fn straight_partner(case: &Case, pair: usize, side: usize) -> Option<[f64; 3]> {
+    let BodyRef::Rigid(i) = case.contacts[pair].surfaces[1 - side].body else { return None };
+    match &case.rigid[i].shape {
+        RigidShape::Plane { normal, .. } => Some(*normal),
+        RigidShape::Circle { .. } | RigidShape::Polyline { .. } => None,
     }
 }
 
@@ -139,7 +148,7 @@ fn search_distance(
 }
 
 /// What the driver needs of this rank's ends, and each body's rows over its interface nodes.
-pub(super) struct Shares {
+pub(crate) struct Shares {
     pub ends: Vec<End>,
     pub rows: Vec<PairRows>,
     /// Per body of this rank: mesh nodes that contact may reach, each once.
@@ -200,7 +209,7 @@ impl Shares {
 }
 
 /// Both surfaces of each end's pair, own side first. Collective on the roots.
-pub(super) fn both_surfaces(
+pub(crate) fn both_surfaces(
     case: &Case,
     plan: &Plan,
     exchange: &Exchange,
@@ -221,7 +230,7 @@ pub(super) fn both_surfaces(
 }
 
 /// Per end: which nodes of both surfaces a support holds along the normal. Collective on the roots.
-pub(super) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<bool>; 2]>> {
+pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<bool>; 2]>> {
     let mut own = Vec::new();
     for (surface, &(_, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
         let mesh = &plan.meshes[plan.place(body)];
