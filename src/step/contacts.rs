@@ -474,7 +474,8 @@ fn hold(task: &Task, neutral: &[Neutral], bodies: &[Response], coarse: &mut Coar
         let scale = bodies[held.place].mode_scale();
         let at = |k: usize| coarse.work[first + k];
         let work: f64 = held.motion.iter().enumerate().map(|(k, v)| v * at(k)).sum();
-        let most: f64 = std::iter::zip(&held.motion, scale).map(|(v, s)| v.abs() * s).sum();
+        // The motion is a unit vector, its small parts round-off.
+        let most = scale.iter().take(held.motion.len()).map(|s| s * s).sum::<f64>().sqrt();
         for (k, v) in held.motion.iter().enumerate() {
             if work.abs() > held.faceted * most {
                 driven[first + k] += work * v;
