@@ -338,8 +338,6 @@ impl Contacts {
         name_modes(task, driver.coarse, projector, &mut found);
         if !found.reason.converged() {
             found.diagnosis = self.diagnose(task, &driver.flipped);
-            // All first ranks have agreed on it.
-            found.diagnosis.extend(not_finite.filter(|_| plan.groups.own == 0));
         }
         found.tolerance = driver.limits.tolerance;
         if let (Some(residual), Tolerance::Fixed(_), 0) =
