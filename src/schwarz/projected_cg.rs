@@ -14,6 +14,9 @@ const PATIENCE: [(usize, f64); 2] = [(12, 1e4), (48, 1e6)];
 /// round-off lets them be.
 const SMALL_PATIENCE: usize = 4;
 
+/// Work of a displacement step, relative to that of the local stiffness, that is round-off: the answer is none.
+const NO_ANSWER: f64 = 1e-12;
+
 /// How a linear solve on the active set ended.
 #[derive(PartialEq, Eq)]
 pub(super) enum Inner {
@@ -141,6 +144,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                     z[j] = self.coarse.scaling(j) * r[j];
                 }
             }
+            self.resist_held(&r, &mut z);
             let pushed = self.coarse.restrict(self.coupling.exchange, |j| z[j]);
             let a = projector.solve(&pushed);
             for (j, z) in z.iter_mut().enumerate() {
@@ -183,6 +187,17 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             r = next;
         }
         unreachable!("the loop ends by a return")
+    }
+
+    /// Few rows, and motions of a body that are held: the body by itself could still make them and gives no answer, where
+    /// the problem has one. Its local stiffness has to do. Collective on the roots.
+    fn resist_held(&self, r: &[f64], z: &mut [f64]) {
+        let local: Vec<f64> =
+            (0..r.len()).map(|j| if self.active[j] { self.coarse.scaling(j) * r[j] } else { 0.0 }).collect();
+        let sizes = [self.coupling.dot(z, r), self.coupling.dot(&local, r)];
+        if sizes[0] <= NO_ANSWER * sizes[1] {
+            z.copy_from_slice(&local);
+        }
     }
 
     /// -(g - Z alpha) on the active rows, m.

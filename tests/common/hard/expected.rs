@@ -27,6 +27,8 @@ pub struct Run {
     /// Texts that the refusal must contain.
     #[serde(default)]
     pub message: Vec<String>,
+    /// Why the numbers of the run with `geometry = "updated"` differ; it then has to end as stated, no more.
+    pub updated: Option<String>,
     /// Most alternations allowed.
     pub alternations_max: Option<u64>,
     /// Numbers of ranks.
