@@ -1,6 +1,7 @@
 //! Where surfaces meet: contact surfaces, conjugate points, gaps.
 //!
 //! Knows surfaces, not bodies: both rank groups of a pair hold both surfaces and compute the same pairing.
+mod camber;
 mod gap;
 pub mod mortar;
 mod normals;
@@ -12,6 +13,7 @@ mod surface;
 #[cfg(test)]
 mod testing;
 
+pub use camber::Camber;
 pub use gap::{ConjugateRule, Gap};
 pub use pairing::{Conjugate, Pairing};
 pub use rows::{Row, pointwise};

@@ -50,11 +50,12 @@ pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
 /// A body's mesh with its cuts.
 pub(crate) fn cut_mesh(body: &BodyCase) -> Result<Mesh> {
     let mut mesh = build_mesh(&body.geometry)?;
-    if body.cuts.is_empty() {
-        return Ok(mesh);
-    }
+    // Contact, too, is with the smooth outline, not with the sides.
     if let Geometry::Gmsh { refine: 0, .. } = body.geometry {
         mesh.follow_smooth_outline();
+    }
+    if body.cuts.is_empty() {
+        return Ok(mesh);
     }
     for cells in &body.cuts {
         let mut marked = vec![false; mesh.cells.len()];

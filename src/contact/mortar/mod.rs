@@ -6,6 +6,8 @@
 //!
 //! gap_j = int psi_j (g - n . (u - sum_k N_k u_k)) dA / D_j,  n the normal field of the multiplier side.
 //!
+//! g is the distance between the curves that the facets stand for (`camber.rs`), not between the facets.
+//!
 //! Against a rigid surface with normal m it is m / (m . n) in place of n: both bodies touch along its shape.
 //!
 //! All integrals run over the part of the multiplier side that has a partner, also those that make psi dual
@@ -22,6 +24,7 @@ pub use side::multiplier_side;
 use super::Gap;
 use super::{
     Row, Surface,
+    camber::clearance,
     rows::ROUND_OFF,
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
@@ -126,13 +129,15 @@ impl<'a> Overlap<'a> {
             let half = 0.5 * (segment.span[1] - segment.span[0]);
             for (at, weight) in GAUSS6 {
                 let xi = segment.span[0] + half * (1.0 + at);
-                let normal = edge.normal(xi);
-                let hit = segments.opposite(segment.facet, &edge.point(xi), &normal);
+                let field = edge.normal(xi);
+                let hit = segments.opposite(segment.facet, &edge.point(xi), &field);
                 let Some((eta, distance)) = hit else { continue };
                 let normal = match mortar.rigid {
-                    true => along_rigid(&normal, &unit(&mortar.area_vector(segment.facet, eta))),
-                    false => normal,
+                    true => along_rigid(&field, &unit(&mortar.area_vector(segment.facet, eta))),
+                    false => field,
                 };
+                let (at_point, along) = ([&edge.point(xi), &field], [xi, eta]);
+                let distance = clearance([surface, mortar], [f, segment.facet], along, at_point, distance);
                 let area = weight * half * edge.stretch(xi);
                 let b = part.basis(xi);
                 part.add(&b, area);
