@@ -9,7 +9,7 @@ use crate::{
     parallel::{self, Exchange, Groups, Partner, Traffic, agree},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::rc::Rc;
+use std::{collections::HashSet, rc::Rc};
 
 /// What `kontakt check` reports, and what a run starts from: meshes checked, ranks dealt, bodies restrained.
 pub struct Plan {
@@ -115,6 +115,7 @@ impl Plan {
         };
         let found = plan.find_surfaces(case);
         agree(world, found)?;
+        plan.refuse_duplicates(case)?;
         if let Driver::Relaxed(_) = case.alternation.driver {
             let restrained = plan.refuse_free_bodies(case);
             agree(world, restrained)?;
@@ -134,6 +135,47 @@ impl Plan {
                     find_facets(&self.meshes[i], body, &name.surface, name.within.as_ref(), &contact.origin)?;
                 self.surfaces.push(Surface::new(&self.meshes[i], &facets, case.analysis.thickness()));
                 self.ends.push((p, side, index));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses two pairs of the same bodies that share facets on both sides: where these meet, each pair would carry the
+    /// pressure. Collective.
+    fn refuse_duplicates(&self, case: &Case) -> Result<()> {
+        let n = case.contacts.len();
+        let bodies = |p: usize| case.contacts[p].surfaces.each_ref().map(|s| s.body);
+        // Pairs q < p, and the side of q that belongs to side 0 of p.
+        let alike: Vec<(usize, usize, usize)> = (0..n)
+            .flat_map(|p| (0..p).map(move |q| (q, p)))
+            .filter_map(|(q, p)| {
+                let ([a, b], other) = (bodies(p), bodies(q));
+                let first = if other == [a, b] { 0 } else { 1 };
+                (other == [a, b] || other == [b, a]).then_some((q, p, first))
+            })
+            .collect();
+        let end = |pair: usize, side: usize| self.ends.iter().position(|e| (e.0, e.1) == (pair, side));
+        let facets = |end: usize| -> HashSet<[u32; 2]> {
+            let surface = &self.surfaces[end];
+            surface.facets.iter().map(|f| [f[0], f[1]].map(|n| surface.nodes[n as usize])).collect()
+        };
+        let shared = alike.iter().flat_map(|&(q, p, first)| {
+            [0, 1].map(|side| match (end(p, side), end(q, side ^ first)) {
+                (Some(i), Some(j)) => f64::from(u8::from(!facets(i).is_disjoint(&facets(j)))),
+                // Another group's, or rigid: a rigid surface is one.
+                _ => f64::from(u8::from(case.contacts[p].surfaces[side].body.deformable().is_none())),
+            })
+        });
+        let shared: Vec<f64> = shared.collect();
+        let shared = parallel::max(&self.groups.world, &shared);
+        for (&(q, p, _), sides) in std::iter::zip(&alike, shared.chunks_exact(2)) {
+            if sides.iter().all(|s| *s > 0.5) {
+                let [first, second] = [&case.contacts[q], &case.contacts[p]];
+                return Err(second.origin.error(format!(
+                    "contact '{}' pairs surfaces that contact '{}' ({}) pairs already: write each part of a surface into one \
+                     pair only, or part them by 'within'",
+                    second.name, first.name, first.origin
+                )));
             }
         }
         Ok(())

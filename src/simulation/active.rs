@@ -8,7 +8,7 @@ use crate::vector::larger;
 use crate::{
     body::{Body, LoadFactors, Response, ResponseKind},
     case::{BodyRef, Case, ContactGeometry, ResponseCase},
-    contact::{Row, vector::dot},
+    contact::{Gap, Row, Surface, deepest_node, vector::dot},
     error::Result,
     parallel::{self, Exchange, agree},
     record::{HistoryRow, Reason},
@@ -206,6 +206,9 @@ impl Active {
             moved.push(u);
         }
         let Some(contacts) = &self.contacts else { return };
+        if found.reason == Reason::Open {
+            nodes_inside(step, &moved, found);
+        }
         let outward = |i: usize, row: &Row, side: usize| -> f64 {
             row.terms[side].iter().map(|(node, v)| dot(v, &moved[i][*node as usize])).sum()
         };
@@ -406,5 +409,27 @@ impl Active {
                 Ok(())
             });
         agree(&plan.groups.world, answered)
+    }
+}
+
+/// Nothing is open while a node of either surface lies inside the other body, whatever the mean gaps say. Collective on the
+/// roots.
+fn nodes_inside(step: &Step, moved: &[Vec<[f64; 3]>], found: &mut Found) {
+    let Step { case, plan, exchange, factors, .. } = *step;
+    let deformed: Vec<Surface> = std::iter::zip(&plan.surfaces, moved).map(|(s, u)| s.moved(u)).collect();
+    let surfaces = super::rows::both_surfaces(case, plan, exchange, &deformed);
+    for end in &mut found.ends {
+        let at = plan.ends.iter().position(|e| (e.0, e.1) == (end.pair, end.side));
+        let (Some(i), Gap::Geometry { offset }) = (at, &case.contacts[end.pair].gap) else { continue };
+        let [own, other] = &surfaces[i];
+        let depth = match super::rows::rigid_motion(case, end.pair, 1 - end.side) {
+            None => deepest_node(own, other, *offset),
+            Some(motion) => {
+                let u = motion.map(|m| factors.supports * m);
+                let other = other.moved(&vec![u; other.nodes.len()]);
+                deepest_node(own, &other, *offset).max(deepest_node(&other, own, *offset))
+            }
+        };
+        end.beyond = end.beyond.max(depth);
     }
 }

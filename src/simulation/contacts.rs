@@ -18,6 +18,9 @@ use crate::{
 };
 use std::collections::HashMap;
 
+/// Sagittas in doubt beyond this share of what the contact forces move the surfaces by change the pressure by as much.
+const UNCLEAR: f64 = 0.01;
+
 /// Pairs and rows as the first rank of a group holds them.
 pub(super) struct Contacts {
     pub pairs: Vec<Option<Pair>>,
@@ -318,6 +321,7 @@ impl Contacts {
                 found.tolerance
             ));
         }
+        found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
         let (force, alpha, active) = (driver.force.clone(), driver.alpha.clone(), driver.active.clone());
         let ranges = driver.coupling.ranges.clone();
         self.warm = Some(force.clone());
@@ -360,6 +364,30 @@ impl Contacts {
             });
         }
         Ok((found, solution))
+    }
+
+    /// A warning for each pair whose gaps depend on what the nodes of a mesh do not tell: curve or polygon. `elastic`: what
+    /// the contact forces change of each gap, m.
+    fn unclear_curves(&self, task: &Task, gaps: &[f64], elastic: &[f64], active: &[bool]) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let mut next = 0;
+        for end in self.shares.ends.iter().filter(|end| end.multiplier) {
+            let Some(pair) = &self.pairs[end.pair] else { continue };
+            let first = next;
+            next += pair.rows.len();
+            let near = (0..pair.rows.len()).filter(|j| active[first + j] || gaps[first + j] < pair.doubt[*j]);
+            let doubt = near.map(|j| pair.doubt[j]).fold(0.0, f64::max);
+            let elastic = elastic[first..next].iter().copied().fold(0.0, f64::max);
+            if doubt > UNCLEAR * elastic {
+                warnings.push(format!(
+                    "contact '{}': the nodes of a mesh from a file do not tell whether its sides are those of a polygon, which they \
+                     are taken for, or of a coarse curve, which would lie {doubt:.1e} m from them; the contact forces move \
+                     the surfaces by {elastic:.1e} m: use a finer mesh or quadratic cells",
+                    task.step.case.contacts[end.pair].name
+                ));
+            }
+        }
+        warnings
     }
 
     /// What a user can do about a failure: the nodes that do not settle, pair by pair.

@@ -1,5 +1,5 @@
 //! What a driver found, end by end of the pairs, whichever driver it was.
-use super::rows::Pair;
+use super::{length::contact_length, rows::Pair};
 use crate::vector::larger;
 use crate::{
     contact::{
@@ -44,6 +44,8 @@ pub(super) struct EndFound {
     pub multiplier: bool,
     pub table: SideTable,
     pub normal_force: f64,
+    /// Length in contact, m, where the pair is counted.
+    pub length: f64,
     pub active: usize,
     pub candidates: usize,
     /// Nodes in contact without a single conjugate node: pointwise transfer of the relaxed driver only.
@@ -113,7 +115,10 @@ impl EndFound {
             let lengths = [gaps[j].abs(), row.gap.abs(), (row.gap - gaps[j]).abs(), elastic[j]];
             complementarity[1] = lengths.into_iter().fold(complementarity[1], larger);
         }
+        let touches: Vec<bool> = table.status.iter().map(|s| *s == 2).collect();
+        let length = contact_length(surface, &data.cover, &table.pressure, &touches);
         EndFound {
+            length,
             pair,
             side,
             counts: true,
@@ -156,6 +161,7 @@ impl EndFound {
             multiplier: false,
             table,
             normal_force: 0.0,
+            length: 0.0,
             active: 0,
             candidates: 0,
             unmatched: 0,

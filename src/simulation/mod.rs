@@ -6,6 +6,7 @@ mod contacts;
 mod evidence;
 mod fields;
 mod found;
+mod length;
 mod measure;
 mod outline;
 mod outlook;

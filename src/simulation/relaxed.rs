@@ -347,7 +347,10 @@ fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[Contac
         dot(&node.conjugate.normal, &approach) - node.conjugate.gap
     };
     let touching = std::iter::zip(&side.nodes, &state.active).filter(|(_, active)| **active);
+    let whole = vec![Some([-1.0, 1.0]); surface.facets.len()];
+    let touches: Vec<bool> = table.status.iter().map(|s| *s == 2).collect();
     EndFound {
+        length: super::length::contact_length(surface, &whole, &table.pressure, &touches),
         pair: side.pair,
         side: usize::from(!side.first),
         counts: side.first,

@@ -10,6 +10,8 @@ use crate::{
     schwarz::{End, PairRows},
 };
 
+use std::collections::HashSet;
+
 /// Default search distance as a share of the smaller surface's extent.
 const SEARCH: f64 = 0.1;
 
@@ -22,6 +24,12 @@ pub(super) struct Pair {
     pub multiplier: usize,
     /// Rows that may come into contact.
     pub rows: Vec<Row>,
+    /// Mesh node of each row.
+    pub nodes: Vec<u32>,
+    /// Of each facet of the multiplier side: the part that has a partner, xi in [-1, 1].
+    pub cover: Vec<Option<[f64; 2]>>,
+    /// How far the surfaces may lie from what the gap of each row was measured with, m: [`Surface::sagitta_in_doubt`].
+    pub doubt: Vec<f64>,
     /// Rows beyond the search distance: they must not come to penetrate.
     pub beyond: Vec<Row>,
     /// Plane moduli of the bodies on the multiplier and the mortar side, Pa; infinite: rigid.
@@ -48,13 +56,31 @@ pub(super) fn pair_rows(
                 sides.reverse();
                 holds.reverse();
             }
-            pairs[pair] = Some(one_pair(case, plan, pair, sides, holds));
+            let names = case.contacts[pair].surfaces.each_ref().map(|s| s.body);
+            // Nodes whose multipliers an earlier pair of the same bodies carries.
+            let taken: Vec<(BodyRef, HashSet<u32>)> = (0..pair)
+                .filter_map(|q| {
+                    let (data, other) =
+                        (pairs[q].as_ref()?, case.contacts[q].surfaces.each_ref().map(|s| s.body));
+                    let same = other == names || (other[0], other[1]) == (names[1], names[0]);
+                    same.then(|| (other[data.multiplier], data.nodes.iter().copied().collect()))
+                })
+                .collect();
+            pairs[pair] = Some(one_pair(case, plan, pair, sides, holds, &taken));
         }
     }
     pairs
 }
 
-fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [&Vec<bool>; 2]) -> Pair {
+/// `taken`: bodies and mesh nodes that carry the multipliers of earlier pairs of the same two bodies.
+fn one_pair(
+    case: &Case,
+    plan: &Plan,
+    pair: usize,
+    sides: [&Surface; 2],
+    held: [&Vec<bool>; 2],
+    taken: &[(BodyRef, HashSet<u32>)],
+) -> Pair {
     let contact = &case.contacts[pair];
     let moduli = [0, 1].map(|s| match contact.surfaces[s].body.deformable() {
         Some(b) => LinearElastic::new(&case.bodies[b].material, case.analysis).plane_modulus(),
@@ -78,12 +104,21 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     let reach = search_distance(contact, own, other, moduli, floating);
     // The own normals of a body that only contact holds leave its spin free, as it is; a rigid surface's would not.
     let other = &Surface { rigid: other.rigid && !floating, ..other.clone() };
-    let all = match case.alternation.transfer {
-        Transfer::Mortar => mortar::rows(own, other, &contact.gap, case.analysis.thickness(), f64::INFINITY),
+    let body = contact.surfaces[multiplier].body;
+    let is_taken = |node: u32| {
+        let node = own.nodes[node as usize];
+        taken.iter().any(|(other, nodes)| *other == body && nodes.contains(&node))
+    };
+    let mortar::Transfer { rows: all, cover } = match case.alternation.transfer {
+        Transfer::Mortar => {
+            let thickness = case.analysis.thickness();
+            mortar::transfer(own, other, &contact.gap, thickness, f64::INFINITY, &is_taken)
+        }
         Transfer::Pointwise => {
             let mut pairing = Pairing::new(sides, &contact.gap, contact.conjugate);
             let conjugates = std::mem::take(&mut pairing.conjugates[multiplier]);
-            crate::contact::pointwise(own, &conjugates, f64::INFINITY)
+            let rows = crate::contact::pointwise(own, &conjugates, f64::INFINITY);
+            mortar::Transfer { rows, cover: vec![Some([-1.0, 1.0]); own.facets.len()] }
         }
     };
     // A row that supports hold on both sides carries a support's force, not a contact's.
@@ -95,6 +130,11 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     };
     let (rows, beyond): (Vec<Row>, Vec<Row>) =
         all.into_iter().filter(|row| !is_held(row)).partition(|row| row.gap <= reach);
+    let doubts = [own, other].map(Surface::sagitta_in_doubt);
+    let of_nodes = |side: usize, row: &Row| {
+        row.terms[side].iter().map(|t| doubts[side][t.0 as usize]).fold(0.0, f64::max)
+    };
+    let doubt = rows.iter().map(|row| of_nodes(0, row) + of_nodes(1, row)).collect();
     let mut nodes: Vec<u32> = rows.iter().flat_map(|r| r.terms[1].iter().map(|t| t.0)).collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -105,7 +145,10 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
         .collect();
     Pair {
         multiplier,
+        nodes: rows.iter().map(|row| own.nodes[row.node as usize]).collect(),
         rows,
+        cover,
+        doubt,
         beyond,
         moduli: [moduli[multiplier], moduli[1 - multiplier]],
         mortar_nodes: nodes.len(),

@@ -5,6 +5,7 @@ mod common;
 mod scenes;
 
 mod beams;
+mod curved;
 mod heat;
 mod hertz;
 mod rectangles;

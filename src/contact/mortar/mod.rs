@@ -66,6 +66,30 @@ pub fn rows(
     thickness: f64,
     search_distance: f64,
 ) -> Vec<Row> {
+    let found = transfer(multiplier, mortar, gap, thickness, search_distance, &|_| false);
+    found.rows.into_iter().filter(|row| row.gap <= search_distance * (1.0 + ROUND_OFF)).collect()
+}
+
+/// What the mortar transfer of a pair consists of.
+#[derive(Debug, Clone, Default)]
+pub struct Transfer {
+    /// All rows, in the order of the multiplier side's nodes.
+    pub rows: Vec<Row>,
+    /// Of each facet of the multiplier side: from where to where on it, xi in [-1, 1], the mortar side lies opposite.
+    pub cover: Vec<Option<[f64; 2]>>,
+}
+
+/// As [`rows`], but with all rows of facets within reach of `search_distance`. Nodes that are `taken` carry the multiplier of
+/// another pair: they get none here if another node of their facets can have their share. A constant pressure is
+/// then still that of one multiplier field over both pairs.
+pub fn transfer(
+    multiplier: &Surface,
+    mortar: &Surface,
+    gap: &Gap,
+    thickness: f64,
+    search_distance: f64,
+    taken: &dyn Fn(u32) -> bool,
+) -> Transfer {
     let limit = match gap {
         Gap::Value(_) => f64::INFINITY,
         Gap::Geometry { offset } => MARGIN * search_distance - offset,
@@ -73,14 +97,16 @@ pub fn rows(
     let segments = Segments::new(multiplier, mortar, limit);
     let edges: Vec<Overlap> =
         (0..multiplier.facets.len()).filter_map(|f| Overlap::new(&segments, multiplier, mortar, f)).collect();
-    let carries = carriers(&edges);
+    let mut cover = vec![None; multiplier.facets.len()];
+    edges.iter().for_each(|edge| cover[edge.edge.facet] = Some(edge.part.span));
+    let carries = carriers(&edges, taken);
     let mut sums: BTreeMap<u32, Sums> = BTreeMap::new();
     for (edge, carries) in edges.iter().zip(&carries) {
         let Some(dual) = edge.part.dual(carries) else { continue };
         edge.add_to(&mut sums, &dual);
     }
-    let rows = sums.into_iter().filter_map(|(node, sum)| sum.into_row(node, gap, thickness));
-    rows.filter(|row| row.gap <= search_distance * (1.0 + ROUND_OFF)).collect()
+    let rows = sums.into_iter().filter_map(|(node, sum)| sum.into_row(node, gap, thickness)).collect();
+    Transfer { rows, cover }
 }
 
 /// The part of an edge that has a partner, with the integrals over it.
@@ -248,9 +274,9 @@ fn balance(terms: &mut [Vec<(u32, [f64; 3])>; 2], mean: &[f64; 3]) {
 
 /// Which nodes of each edge carry a multiplier.
 ///
-/// Those a sufficient share of whose B has a partner. An edge that would have none, or a connected part with a
+/// Those a sufficient share of whose B has a partner and that are not `taken`. An edge that would have none, or a connected part with a
 /// single one (which could not transmit a moment), keeps the ends of its edges: a linear pressure.
-fn carriers(edges: &[Overlap]) -> Vec<Vec<bool>> {
+fn carriers(edges: &[Overlap], taken: &dyn Fn(u32) -> bool) -> Vec<Vec<bool>> {
     let mut share: BTreeMap<u32, f64> = BTreeMap::new();
     for edge in edges {
         for (&node, &s) in edge.edge.nodes().iter().zip(&edge.shares) {
@@ -258,7 +284,8 @@ fn carriers(edges: &[Overlap]) -> Vec<Vec<bool>> {
             *largest = larger(*largest, s);
         }
     }
-    let mut carry: BTreeMap<u32, bool> = share.into_iter().map(|(node, s)| (node, s >= CARRIES)).collect();
+    let mut carry: BTreeMap<u32, bool> =
+        share.into_iter().map(|(node, s)| (node, s >= CARRIES && !taken(node))).collect();
     for edge in edges {
         if !edge.edge.nodes().iter().any(|node| carry[node]) {
             carry.extend(edge.ends().map(|node| (node, true)));
