@@ -7,7 +7,10 @@ use super::{
     Surface,
     vector::{combine, dot, norm, sub, unit},
 };
-use crate::mesh::{Curve, Mesh, Side, Smooth};
+use crate::{
+    mesh::{Curve, Mesh, Side, Smooth},
+    vector::larger,
+};
 
 /// A curve over the chord of a facet: an arc of a circle and a cubic that leans it.
 ///
@@ -155,7 +158,7 @@ impl Surface {
     /// Height of the curve of facet `f` over its chord, m, its largest: the sagitta.
     pub fn sagitta(&self, f: usize) -> f64 {
         let height =
-            |c: &Camber| [-0.5, 0.0, 0.5].map(|xi| c.height(xi).0.abs()).into_iter().fold(0.0, f64::max);
+            |c: &Camber| [-0.5, 0.0, 0.5].map(|xi| c.height(xi).0.abs()).into_iter().fold(0.0, larger);
         self.cambers[f].as_ref().map_or(0.0, |c| self.facet_size(f) * height(c))
     }
 
@@ -167,7 +170,7 @@ impl Surface {
         for (facet, camber) in std::iter::zip(&self.facets, &self.cambers) {
             for &node in facet {
                 let largest = &mut doubt[node as usize];
-                *largest = largest.max(camber.map_or(0.0, |c| c.doubt));
+                *largest = larger(*largest, camber.map_or(0.0, |c| c.doubt));
             }
         }
         doubt
@@ -215,7 +218,8 @@ mod tests {
     /// From chord to curve along the radius, on every facet of a circle, is what the radius says.
     #[test]
     fn curves_of_a_circle_lie_on_it() {
-        for (n, allowed) in [(12, 2e-4), (24, 4e-6), (96, 2e-9)] {
+        // Tangents of the circle through three nodes are exact, and so are arcs between them.
+        for n in [10, 24, 96] {
             for bore in [false, true] {
                 let surface = placed(&circle(n, 2.0, false, bore, 0.3), 0.7, [0.0; 2]);
                 for f in 0..n {
@@ -225,10 +229,7 @@ mod tests {
                         let sign = if bore { -1.0 } else { 1.0 };
                         let radial = unit(&x).map(|c| sign * c);
                         let found = surface.distance_to_curve(f, &x, &radial, xi).unwrap();
-                        assert!(
-                            (found - sign * (2.0 - norm(&x))).abs() < 2.0 * allowed * 1e-2 + 1e-14,
-                            "{n} {f} {xi}"
-                        );
+                        assert!((found - sign * (2.0 - norm(&x))).abs() < 1e-14, "{n} {f} {xi}");
                         if xi.abs() == 1.0 {
                             assert!(dot(&outward, &radial) > 1.0 - 1e-12, "{n} {f} {xi}");
                         }

@@ -25,7 +25,7 @@ pub fn deepest_node(own: &Surface, other: &Surface, offset: f64) -> f64 {
         let size = other.facet_size(hit.facet);
         Some(-gap).filter(|d| *d > ROUND_OFF * size && *d < size)
     };
-    std::iter::zip(&own.points, &own.normals).filter_map(depth).fold(0.0, f64::max)
+    std::iter::zip(&own.points, &own.normals).filter_map(depth).fold(0.0, crate::vector::larger)
 }
 
 #[cfg(test)]

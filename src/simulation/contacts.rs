@@ -376,8 +376,8 @@ impl Contacts {
             let first = next;
             next += pair.rows.len();
             let near = (0..pair.rows.len()).filter(|j| active[first + j] || gaps[first + j] < pair.doubt[*j]);
-            let doubt = near.map(|j| pair.doubt[j]).fold(0.0, f64::max);
-            let elastic = elastic[first..next].iter().copied().fold(0.0, f64::max);
+            let doubt = near.map(|j| pair.doubt[j]).fold(0.0, larger);
+            let elastic = elastic[first..next].iter().copied().fold(0.0, larger);
             if doubt > UNCLEAR * elastic {
                 warnings.push(format!(
                     "contact '{}': the nodes of a mesh from a file do not tell whether its sides are those of a polygon, which they \

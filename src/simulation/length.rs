@@ -1,7 +1,10 @@
 //! Length of the contact: between the zeros of the pressure, within what lies opposite.
-use crate::contact::{
-    Surface,
-    vector::{norm, sub},
+use crate::{
+    contact::{
+        Surface,
+        vector::{norm, sub},
+    },
+    vector::larger,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -52,7 +55,7 @@ pub(super) fn contact_length(
             _ => (part[1].min(piece.cover[1]) - part[0].max(piece.cover[0])).max(0.0) * piece.length,
         }
     };
-    pieces.iter().map(length).sum::<f64>().max(0.0)
+    larger(pieces.iter().map(length).sum(), 0.0)
 }
 
 /// The facets' pieces from node to node.
@@ -163,7 +166,7 @@ const POINTS: usize = 32;
 fn root_of_parabola(last: &[Last]) -> Option<f64> {
     let nodes = &last[1..];
     let size = -last[last.len() - 1].place;
-    let largest = nodes.iter().map(|n| n.pressure).fold(0.0, f64::max);
+    let largest = nodes.iter().map(|n| n.pressure).fold(0.0, larger);
     let matrix = DMatrix::from_fn(nodes.len(), 3, |r, k| (nodes[r].place / size).powi(k as i32));
     let factors = matrix.qr();
     let mut pressures = DVector::from_iterator(nodes.len(), nodes.iter().map(|n| n.pressure / largest));

@@ -132,7 +132,7 @@ fn one_pair(
         all.into_iter().filter(|row| !is_held(row)).partition(|row| row.gap <= reach);
     let doubts = [own, other].map(Surface::sagitta_in_doubt);
     let of_nodes = |side: usize, row: &Row| {
-        row.terms[side].iter().map(|t| doubts[side][t.0 as usize]).fold(0.0, f64::max)
+        row.terms[side].iter().map(|t| doubts[side][t.0 as usize]).fold(0.0, crate::vector::larger)
     };
     let doubt = rows.iter().map(|row| of_nodes(0, row) + of_nodes(1, row)).collect();
     let mut nodes: Vec<u32> = rows.iter().flat_map(|r| r.terms[1].iter().map(|t| t.0)).collect();
