@@ -25,6 +25,7 @@ use super::Gap;
 use super::{
     Row, Surface,
     camber::clearance,
+    normals,
     rows::ROUND_OFF,
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
@@ -169,13 +170,23 @@ impl<'a> Overlap<'a> {
                 part.add(&b, area);
                 gap.axpy(area * distance, &b, 1.0);
                 let ((shape, _), (own_shape, _)) = (line_shape(nodes.len(), eta), line_shape(n, xi));
+                let (own_vectors, vectors) = match conforming([surface, mortar], [f, segment.facet]) {
+                    true => {
+                        let opposite = normals::along(mortar, segment.facet).map(|n| n.map(|c| -c));
+                        (
+                            in_the_round(&normal, &own_shape, &edge.normals, n),
+                            in_the_round(&normal, &shape, &opposite, nodes.len()),
+                        )
+                    }
+                    false => ([normal; 3], [normal; 3]),
+                };
                 for c in 0..3 {
                     mean[c].axpy(area * (normal[c] - edge.normals[0][c]), &b, 1.0);
                     for (i, n_i) in own_shape.into_iter().enumerate().take(n) {
-                        own[c].column_mut(i).axpy(area * n_i * normal[c], &b, 1.0);
+                        own[c].column_mut(i).axpy(area * n_i * own_vectors[i][c], &b, 1.0);
                     }
-                    for (&column, n_k) in columns.iter().zip(shape) {
-                        mixed[c].column_mut(column).axpy(area * n_k * normal[c], &b, 1.0);
+                    for ((k, &column), n_k) in columns.iter().enumerate().zip(shape) {
+                        mixed[c].column_mut(column).axpy(area * n_k * vectors[k][c], &b, 1.0);
                     }
                 }
             }
@@ -221,6 +232,33 @@ impl<'a> Overlap<'a> {
             }
         }
     }
+}
+
+/// True if two facets stand for curves that lie in each other, as a pin in its hole.
+fn conforming([own, mortar]: [&Surface; 2], [f, g]: [usize; 2]) -> bool {
+    let bulge = |surface: &Surface, f: usize| surface.cambers[f].map_or(0.0, |c| c.half_angle);
+    !mortar.rigid && bulge(own, f) * bulge(mortar, g) < 0.0
+}
+
+/// What the nodes' displacements are multiplied with, beside the shape functions N, to give that of the curve along `normal`.
+///
+/// Between nodes that move radially by the same u a straight facet moves by only n . sum N_i n_i u = |m| u, m = sum N_i n_i, and
+/// meshes that do not match leave gaps of u times the sagitta over the radius, which single elements resist. The radial
+/// parts, sum N_i n_i . u_i / |m|, are as much too large. The mean of both, (n + n_i / |m|) / 2, is right to fourth order in
+/// the angle, and exact for rigid motions of a circle. `facing` are the nodes' normals n_i, turned together to make m point along
+/// `normal`: the rows' vectors then add up to it. Quadratic facets need no such care.
+fn in_the_round(normal: &[f64; 3], shape: &[f64; 3], facing: &[[f64; 3]; 3], n_nodes: usize) -> [[f64; 3]; 3] {
+    if n_nodes != 2 {
+        return [*normal; 3];
+    }
+    let m = combine(shape.iter().copied().zip(facing).take(n_nodes));
+    let size2 = dot(&m, &m);
+    // Of the turn from m to the normal, over |m|.
+    let (cos, sin) = (dot(&m, normal) / size2, (m[0] * normal[1] - m[1] * normal[0]) / size2);
+    facing.map(|n| {
+        let turned = [cos * n[0] - sin * n[1], sin * n[0] + cos * n[1], 0.0];
+        combine([(0.5, normal), (0.5, &turned)])
+    })
 }
 
 /// What a displacement is multiplied with to give the change of the distance along `normal` from a rigid surface whose
