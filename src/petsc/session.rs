@@ -17,12 +17,26 @@ impl Session {
     pub fn start() -> Result<Session> {
         // SAFETY: plain calls; the handler is a static function.
         unsafe {
-            check(sys::PetscInitializeNoArguments())?;
+            check(initialize())?;
             check(sys::PetscPopSignalHandler())?;
             check(sys::PetscPushErrorHandler(Some(record), ptr::null_mut()))?;
         }
         Ok(Session(()))
     }
+}
+
+/// Starts PETSc without the files of options that it looks for in the working directory and at home: `.petscrc` may lie
+/// beside a case, and options write files.
+///
+/// # Safety
+/// MPI must be initialised.
+unsafe fn initialize() -> sys::PetscErrorCode {
+    let words = [c"kontakt".as_ptr().cast_mut(), c"-skip_petscrc".as_ptr().cast_mut(), ptr::null_mut()];
+    // PETSc keeps both for the rest of the process.
+    let n = Box::leak(Box::new(2));
+    let all = Box::leak(Box::new(Box::leak(Box::new(words)).as_mut_ptr()));
+    // SAFETY: promised; arguments as `main` gets them, which live as long as the process.
+    unsafe { sys::PetscInitialize(n, all, ptr::null(), ptr::null()) }
 }
 
 impl Drop for Session {
