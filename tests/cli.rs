@@ -290,6 +290,24 @@ fn check_says_what_a_run_would_cost() {
     assert!(text.contains("2 rank(s)"), "{text}");
 }
 
+/// A file of PETSc options beside a case may ask for any file to be written.
+#[test]
+fn files_of_petsc_options_beside_a_case_are_not_read() {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::copy(case("patch").join("case.toml"), directory.path().join("case.toml")).unwrap();
+    for name in [".petscrc", "petscrc"] {
+        std::fs::write(directory.path().join(name), "-log_view :written\n-body_upper_ksp_type cg\n").unwrap();
+    }
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_kontakt"))
+        .current_dir(directory.path())
+        .args(["run", ".", "--out", "results"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(!directory.path().join("written").exists());
+    assert_eq!(summary(&directory.path().join("results"))["bodies"][1]["response"], "condensed");
+}
+
 /// Gap or overlap and candidates of every pair, in `check` and in the log, and a warning of what no fit has.
 #[test]
 fn gaps_and_overlaps_are_told() {

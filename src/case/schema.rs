@@ -239,7 +239,7 @@ this body, \
 with PETSc's own option names; `-body_<name>_ksp_type cg` does on the command line. A case may give the options that choose \
 and tune a solver (`-ksp_...`, `-pc_...`, `-mat_mumps_...`, also of the solvers inside a preconditioner, `-sub_...`, \
 `-mg_levels_...`); viewers, monitors and whatever else may write a file or load code are refused by name, so that a case \
-from anybody is safe to run. The command line takes them all.\n\n\
+from anybody is safe to run; `.petscrc` files are not read. The command line takes them all.\n\n\
 A body with `rigid` is a rigid one: it has a `name` and [`rigid`](#rigid) and none of the other keys.",
         keys: &[
             key("name", Name, REQUIRED, "Name, unique among the bodies."),

@@ -41,7 +41,9 @@ impl Session {
     /// if it has them when it starts.
     pub fn start_with(options: &[String]) -> Result<Session> {
         touch_blas()?;
-        let words = std::iter::once("kontakt").chain(options.iter().map(String::as_str));
+        // Not the files of options that PETSc looks for in the working directory and at home: `.petscrc` may lie beside a
+        // case, and options write files.
+        let words = ["kontakt", "-skip_petscrc"].into_iter().chain(options.iter().map(String::as_str));
         let words: std::result::Result<Vec<CString>, _> = words.map(CString::new).collect();
         let words = words.map_err(|_| Error::input("PETSc options must not contain NUL"))?;
         let mut pointers: Vec<*mut c_char> = words.into_iter().map(CString::into_raw).collect();

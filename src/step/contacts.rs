@@ -55,6 +55,7 @@ fn gap_in_words(rows: &[Row]) -> String {
         true => "no node has a counterpart within the search distance".into(),
         false if least < 0.0 && most > 0.0 => format!("overlap up to {:.3e}, gap up to {most:.3e}", -least),
         false if least < 0.0 => format!("overlap {:.3e} to {:.3e}", -most, -least),
+        false if most == 0.0 => "touching".into(),
         false => format!("gap {least:.3e} to {most:.3e}"),
     }
 }
