@@ -264,7 +264,9 @@ file, which has its own.",
             key(
                 "formulation",
                 Choice(&["standard", "enhanced", "reduced"]),
-                is("quad4 `enhanced`, quad8 `reduced`, triangles `standard`, nearly incompressible tri6 `enhanced`"),
+                is(
+                    "quad4 `enhanced`, quad8 `reduced`, triangles `standard`, nearly incompressible tri6 `enhanced`",
+                ),
                 "How strains follow from displacements.",
             ),
             key(

@@ -31,7 +31,9 @@ pub fn resolve_for(
     }
     let advice = match kind {
         ElementKind::Tri3 => "take tri6, quad4 or quad8",
-        ElementKind::Tri6 => "take its enhanced one, the default here (leave out 'formulation'), or quad4 or quad8",
+        ElementKind::Tri6 => {
+            "take its enhanced one, the default here (leave out 'formulation'), or quad4 or quad8"
+        }
         ElementKind::Quad4 => "take its enhanced one, the default (leave out 'formulation')",
         ElementKind::Quad8 => "take its reduced one, the default (leave out 'formulation')",
     };

@@ -13,8 +13,8 @@ mod solid;
 
 pub use formulation::Formulation;
 pub use geometry::PointGeometry;
-pub use locking::{LARGEST_POISSON, resolve_for};
 pub use load::{body_load, facet_load, facet_weights};
+pub use locking::{LARGEST_POISSON, resolve_for};
 pub use quadrature::{
     FacetPoint, MAX_POINTS, QuadraturePoint, error_rule, facet_rule, load_rule, stiffness_rule,
 };

@@ -56,9 +56,10 @@ pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Re
         (ElementKind::Quad4, None | Some(Enhanced)) | (ElementKind::Tri6, Some(Enhanced)) => Ok(Enhanced),
         (ElementKind::Quad8, None | Some(Reduced)) => Ok(Reduced),
         (ElementKind::Tri3 | ElementKind::Tri6, None) | (_, Some(Standard)) => Ok(Standard),
-        (_, Some(Enhanced)) => {
-            Err(format!("{} elements have no enhanced formulation: only quad4 and tri6 have one", kind.name()))
-        }
+        (_, Some(Enhanced)) => Err(format!(
+            "{} elements have no enhanced formulation: only quad4 and tri6 have one",
+            kind.name()
+        )),
         (_, Some(Reduced)) => {
             Err(format!("{} elements have no reduced formulation: only quad8 has one", kind.name()))
         }
