@@ -86,7 +86,7 @@ impl Body {
             (need.bytes + need.factor_bytes) / 1e6
         ));
         // The same on every rank of the group, errors included.
-        let elements = Elements::new(mesh, case)?;
+        let elements = Elements::new(mesh, case, analysis)?;
         let mut owners = partition(mesh, parts)
             .map_err(|e| case.origin.error(format!("cannot be spread over {parts} ranks: {e}")))?;
         give_to_first(mesh, &mut owners, interface);

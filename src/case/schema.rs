@@ -230,7 +230,11 @@ incompressibility, the enhanced one does in neither. quad8 takes `reduced` (2 x 
 default: it \
 does not lock near incompressibility, its stresses are superconvergent at these points, and its one \
 zero-energy \
-mode cannot spread from element to element.\n\nSolver: by default a sparse Cholesky factorisation (L D L^T) \
+mode cannot spread from element to element. tri6 takes `enhanced` (a bubble, and a dilatation linear in the \
+element) and has it by default in plane strain at a Poisson's ratio above 0.45, where the standard one's \
+pressures oscillate. In plane strain above 0.45 formulations that lock are refused: tri3 has no other, quad4, \
+quad8 and tri6 have their defaults. A material with a table counts by its largest value. An enhanced tri6 takes no \
+`body_force`.\n\nSolver: by default a sparse Cholesky factorisation (L D L^T) \
 by MUMPS, \
 made once and used again while the matrix does not change: the fastest set-up there is in two dimensions, \
 and one \
@@ -260,7 +264,9 @@ file, which has its own.",
             key(
                 "formulation",
                 Choice(&["standard", "enhanced", "reduced"]),
-                is("quad4 `enhanced`, quad8 `reduced`, triangles `standard`"),
+                is(
+                    "quad4 `enhanced`, quad8 `reduced`, triangles `standard`, nearly incompressible tri6 `enhanced`",
+                ),
                 "How strains follow from displacements.",
             ),
             key(

@@ -1,7 +1,7 @@
 //! The scene, before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
 use crate::vector::larger;
 use crate::{
-    body::find_facets,
+    body::{Elements, find_facets},
     case::{BodyCase, BodyRef, Case, Driver, Geometry, Origin, RigidShape},
     contact::Surface,
     error::{Error, Result},
@@ -90,6 +90,7 @@ impl Plan {
         let mut known: Vec<Option<Mesh>> = vec![None; case.bodies.len()];
         let sized = (rank..case.bodies.len()).step_by(size).try_for_each(|b| {
             let mesh = cut_mesh(&case.bodies[b])?;
+            Elements::new(&mesh, &case.bodies[b], case.analysis)?;
             counts[b] = (mesh.points.len() * mesh.dim) as f64;
             known[b] = Some(mesh);
             Ok(())

@@ -101,7 +101,7 @@ pub fn updated(items: Vec<Item>) -> Vec<Item> {
         }
         // These are of the small changes that updates bring, and of the count without them.
         item.run.same.clear();
-        item.run.alternations_max = None;
+        item.run.alternations_max = u64::MAX;
         Some(item)
     };
     items.into_iter().filter_map(of).collect()
