@@ -10,7 +10,7 @@ use crate::{
     body::{Body, LoadFactors},
     case::{Case, StepCase},
     contact::Surface,
-    error::Result,
+    error::{Error, Result},
     estimate::{BodyError, Estimate, MultiplierSide},
     output::{Piece, RunInfo, State},
     parallel::{self, agree},
@@ -121,7 +121,7 @@ impl Run {
         let reached = self.steps.iter().rev().find(|step| step.reason.converged());
         let reached = reached.map(|step| {
             format!(
-                "the load got to loads = {}, supports = {}, temperature = {}, which is the last step of the results",
+                "the load got to loads = {}, supports = {}, temperature = {}",
                 step.loads, step.supports, step.temperature
             )
         });
@@ -131,6 +131,11 @@ impl Run {
                 self.reason = reason;
                 self.diagnosis.extend(reached.filter(|_| !case.steps.is_empty()));
                 Ok(())
+            }
+            End::Refused(Error::Unrestrained(text)) => {
+                let reached = reached.filter(|_| !case.steps.is_empty());
+                let text = reached.map_or(text.clone(), |reached| format!("{text}; {reached}"));
+                Err(Error::Unrestrained(text))
             }
             End::Refused(error) => Err(error),
         }
