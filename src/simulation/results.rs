@@ -158,7 +158,11 @@ impl Run {
             self.diagnosis = found.diagnosis;
             return Ok((reason, state));
         }
-        if self.steps.pop_if(|step| !step.reason.converged()).is_none() && !self.steps.is_empty() {
+        if self.steps.pop_if(|step| !step.reason.converged()).is_some() {
+            // It was kept for want of a solution: nothing of it remains.
+            self.history.clear();
+            (self.checks, self.tolerance) = (checks::none(), f64::INFINITY);
+        } else if !self.steps.is_empty() {
             let old = std::mem::take(&mut self.last);
             let Piece { point_fields, cell_fields, .. } = old.piece;
             self.before.push(State { point_fields, cell_fields, pairs: old.pairs });
