@@ -181,7 +181,8 @@ impl Motions {
     pub fn contradictions(&self, case: &Case) -> Vec<String> {
         let of_body = |(m, body): (&Motion, &crate::case::BodyCase)| {
             let turn = m.mean_turn().abs();
-            (turn > BEYOND_TURN).then(|| {
+            // Beside strains of its own size a turn is part of the deformation, or its round-off.
+            (turn > larger(BEYOND_TURN, m.strain.value)).then(|| {
                 format!(
                     "body '{}' has turned by {turn:.2e} rad on the whole, which no small rotation is: nothing holds it \
                      against turning but the unevenness of surfaces; hold it by a support, or look at the load's line of action",
