@@ -431,7 +431,7 @@ groups name the bodies and surfaces.",
                 Natural,
                 is("0"),
                 "How often every cell is cut into four, nodes on the curved boundary (of a file's straight sides: on a \
-smooth curve through its nodes, corners of more than 40 degrees kept).",
+smooth curve through its nodes; a turn of more than 40 degrees, or one that the neighbouring nodes do not have, is a corner and kept).",
             ),
             key(
                 "rotate",

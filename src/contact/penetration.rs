@@ -37,7 +37,7 @@ mod tests {
     fn a_spike_between_the_nodes_is_seen_from_its_own_side() {
         // A roof whose ridge lies 0.1 above the middle of a facet.
         let spike = Surface::rigid_polyline(&[[3.0, -1.9], [0.5, 0.1], [-2.0, -1.9]]);
-        let points: Vec<[f64; 2]> = equal(4, -2.0, 2.0).into_iter().map(|x| [x + 0.0, 0.0]).collect();
+        let points: Vec<[f64; 2]> = equal(4, -2.0, 2.0).into_iter().map(|x| [x, 0.0]).collect();
         let flat = Surface::rigid_polyline(&points);
         assert!((deepest_node(&spike, &flat, 0.0) - 0.1).abs() < 1e-12);
         assert_eq!(deepest_node(&spike, &flat, 0.11), 0.0);

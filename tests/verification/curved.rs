@@ -3,7 +3,7 @@ use super::{multipliers, near, solve, solve_all, start, value};
 use kontakt::{output::Results, vector::worst};
 use std::{f64::consts::PI, fmt::Write as _, path::Path};
 
-const STEEL: &str = "material.steel = { young = 2.1e11, poisson = 0.3 }\n";
+const STEEL: &str = "alternation.tolerance = 1e-12\nmaterial.steel = { young = 2.1e11, poisson = 0.3 }\n";
 
 const QUARTER: &str = "support = [{ surface = \"start\", y = 0 }, { surface = \"end\", x = 0 }]\n";
 
@@ -94,7 +94,7 @@ fn rings_and_rigid_circles_with_a_clearance() {
             };
             let p = (load * other - clearance) / own;
             let text = format!(
-                "analysis = \"plane strain\"\nmaterial.steel = {{ young = {young}, poisson = {nu} }}\n\
+                "analysis = \"plane strain\"\nalternation.tolerance = 1e-12\nmaterial.steel = {{ young = {young}, poisson = {nu} }}\n\
                  contact = [{{ name = \"c\", surfaces = [\"ring.{near_}\", \"rigid.surface\"] }}]\n{}\
                  [[body]]\nname = \"rigid\"\nrigid.circle = {{ center = [0, 0], radius = {radius:.17}, inside = {inside} }}\n",
                 ring(
@@ -222,7 +222,7 @@ fn corners_under_hydrostatic_pressure() {
             };
             let file = |name: &str| format!("mesh.file = \"{}/{name}.msh\"\n", directory.path().display());
             let text = format!(
-                "analysis = \"plane stress\"\n{STEEL}alternation.tolerance = 1e-12\n\
+                "analysis = \"plane stress\"\n{STEEL}\
                  contact = [{{ name = \"c\", surfaces = [\"upper.bottom\", \"lower.top\"] }}]\n\
                  [[body]]\nname = \"lower\"\nmaterial = \"steel\"\n{}support = [{{ surface = \"bottom\", y = 0 }}, {{ point = [0, -3], x = 0 }}]\n{}\
                  [[body]]\nname = \"upper\"\nmaterial = \"steel\"\n{}support = [{{ point = [0, 3], x = 0 }}]\n{}",

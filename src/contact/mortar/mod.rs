@@ -247,7 +247,12 @@ fn conforming([own, mortar]: [&Surface; 2], [f, g]: [usize; 2]) -> bool {
 /// parts, sum N_i n_i . u_i / |m|, are as much too large. The mean of both, (n + n_i / |m|) / 2, is right to fourth order in
 /// the angle, and exact for rigid motions of a circle. `facing` are the nodes' normals n_i, turned together to make m point along
 /// `normal`: the rows' vectors then add up to it. Quadratic facets need no such care.
-fn in_the_round(normal: &[f64; 3], shape: &[f64; 3], facing: &[[f64; 3]; 3], n_nodes: usize) -> [[f64; 3]; 3] {
+fn in_the_round(
+    normal: &[f64; 3],
+    shape: &[f64; 3],
+    facing: &[[f64; 3]; 3],
+    n_nodes: usize,
+) -> [[f64; 3]; 3] {
     if n_nodes != 2 {
         return [*normal; 3];
     }
