@@ -40,7 +40,6 @@ impl Session {
     /// The same with options of the command line (`-log_view`, `-body_upper_ksp_type`, `cg`), some of which PETSc knows only
     /// if it has them when it starts.
     pub fn start_with(options: &[String]) -> Result<Session> {
-        touch_blas()?;
         let words = std::iter::once("kontakt").chain(options.iter().map(String::as_str));
         let words: std::result::Result<Vec<CString>, _> = words.map(CString::new).collect();
         let words = words.map_err(|_| Error::input("PETSc options must not contain NUL"))?;
@@ -60,8 +59,8 @@ impl Session {
     }
 }
 
-/// Makes BLAS take its buffer while there is room for it.
-fn touch_blas() -> Result<()> {
+/// Makes BLAS take its buffer while there is room for it. Not collective: agree on the error.
+pub fn touch_blas() -> Result<()> {
     if !parallel::can_have(BLAS_BUFFER) {
         return Err(Error::Memory(format!(
             "there is not enough memory to begin: {} MB for the buffer of BLAS",
