@@ -106,7 +106,8 @@ fn main() {
     };
     abort_on_panic();
     let world = universe.world();
-    let code = match petsc::Session::start_with(&petsc_options).and_then(|session| {
+    let ready = agree(&world, petsc::touch_blas());
+    let code = match ready.and_then(|()| petsc::Session::start_with(&petsc_options)).and_then(|session| {
         let code = execute(command, &petsc_options, &world)?;
         drop(session);
         Ok(code)

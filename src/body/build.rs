@@ -122,6 +122,9 @@ impl Body {
         let Assembled { matrix, thermal, prescribed } = parameters.stiffness(group)?;
         let cost = SharedCost::default();
         cost.add(|c| c.assemble = start.elapsed().as_secs_f64());
+        if stretching(mesh) > STRETCHED {
+            smooth_stretched(&options_prefix(&case.name))?;
+        }
         let setting =
             Setting { body: case.name.clone(), prefix: options_prefix(&case.name), dim, tolerance: ACCURATE };
         let loads = Loads {

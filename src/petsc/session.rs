@@ -40,7 +40,6 @@ impl Session {
     /// The same with options of the command line (`-log_view`, `-body_upper_ksp_type`, `cg`), some of which PETSc knows only
     /// if it has them when it starts.
     pub fn start_with(options: &[String]) -> Result<Session> {
-        touch_blas()?;
         // Not the files of options that PETSc looks for in the working directory and at home: `.petscrc` may lie beside a
         // case, and options write files.
         let words = ["kontakt", "-skip_petscrc"].into_iter().chain(options.iter().map(String::as_str));
@@ -62,8 +61,8 @@ impl Session {
     }
 }
 
-/// Makes BLAS take its buffer while there is room for it.
-fn touch_blas() -> Result<()> {
+/// Makes BLAS take its buffer while there is room for it. Not collective: agree on the error.
+pub fn touch_blas() -> Result<()> {
     if !parallel::can_have(BLAS_BUFFER) {
         return Err(Error::Memory(format!(
             "there is not enough memory to begin: {} MB for the buffer of BLAS",

@@ -307,7 +307,7 @@ mod tests {
 
     fn problem(a: Symmetric, modes: Vec<Vec<f64>>) -> Quadratic {
         let (n, stiffness) = (a.n(), vec![0.0; modes.len()]);
-        Quadratic { a, modes, stiffness, pairs: vec![0..n] }
+        Quadratic { a, modes, stiffness, pairs: Vec::from([Range { start: 0, end: n }]) }
     }
 
     #[test]
@@ -347,9 +347,12 @@ mod tests {
         let one = problem(half, Vec::new());
         let given = Given { gap: &gap[..x.len()], work: &[], force: &[1.0; 20], alpha: &[] };
         let once = one.solve(&given).unwrap().unwrap();
+        // Round-off of A x, divided by what has to drown it.
+        let round_off = f64::EPSILON * largest(&found.force) * 40.0 * 2.0 / STIFFENED;
         for (i, force) in once.force.iter().enumerate() {
-            assert!((2.0 * found.force[2 * i] - force).abs() < 1e-6 * force.abs());
-            assert!((2.0 * found.force[2 * i + 1] - force).abs() < 1e-6 * force.abs());
+            for found in &found.force[2 * i..2 * i + 2] {
+                assert!((2.0 * found - force).abs() < round_off, "{found} {force}");
+            }
         }
     }
 
