@@ -180,6 +180,34 @@ fn a_target_out_of_reach_is_said_and_the_results_are_kept() {
 }
 
 #[test]
+fn no_mesh_is_made_beyond_the_limit() {
+    let sets = coarse();
+    let mut arguments = vec!["--variant", "ungraded", "--adapt", "energy=0.1%", "--adapt-dofs", "20000"];
+    arguments.extend(sets.iter().map(String::as_str));
+    let (code, found, text) = adapt(1, "hertz-line", &arguments);
+    assert_eq!(code, Some(5), "{text}");
+    assert!(rounds(&found).len() > 2, "{text}");
+    assert!(rounds(&found).iter().all(|round| number(&round["dofs"]) <= 20_000.0), "{text}");
+    let said = found["diagnosis"][0].as_str().expect("a diagnosis");
+    assert!(said.contains("--adapt-dofs") && said.contains("the next mesh would have"), "{said}");
+}
+
+#[test]
+fn what_elements_of_first_order_cost_is_said() {
+    let sets = coarse();
+    for (element, is_said) in [("quad4", true), ("quad8", false)] {
+        let elements = ["upper", "lower"].map(|body| format!("body.{body}.element={element}"));
+        let mut arguments = vec!["--variant", "ungraded", "--adapt", "energy=1%", "--adapt-rounds", "1"];
+        arguments.extend(sets.iter().map(String::as_str));
+        elements.iter().for_each(|set| arguments.extend(["--set", set]));
+        let (code, found, text) = adapt(1, "hertz-line", &arguments);
+        assert_eq!(code, Some(5), "{text}");
+        let warnings = found["warnings"].to_string();
+        assert_eq!(warnings.contains("elements of first order"), is_said, "{element}: {warnings}");
+    }
+}
+
+#[test]
 fn wrong_goals_are_refused_with_what_is_right() {
     for (arguments, parts) in [
         (&["--adapt", "presure=1%"][..], &["presure", "nearest: pressure"][..]),

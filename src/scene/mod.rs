@@ -80,23 +80,33 @@ fn finer(mut mesh: Mesh, times: usize, origin: &Origin) -> Result<Mesh> {
     mesh::refine_all(mesh, times)
 }
 
+/// Unknowns of all bodies with their cuts. Collective.
+pub(crate) fn count_dofs(case: &Case, world: &SimpleCommunicator) -> Result<usize> {
+    Ok(sized_meshes(case, world)?.0.iter().sum())
+}
+
+/// Unknowns of each body, and the meshes that this rank has made to know them: body b is meshed first by rank b mod P.
+/// Collective.
+fn sized_meshes(case: &Case, world: &SimpleCommunicator) -> Result<(Vec<usize>, Vec<Option<Mesh>>)> {
+    let (rank, size) = (world.rank() as usize, world.size() as usize);
+    let mut counts = vec![0.0; case.bodies.len()];
+    let mut known: Vec<Option<Mesh>> = vec![None; case.bodies.len()];
+    let sized = (rank..case.bodies.len()).step_by(size).try_for_each(|b| {
+        let mesh = cut_mesh(&case.bodies[b])?;
+        Elements::new(&mesh, &case.bodies[b], case.analysis)?;
+        counts[b] = (mesh.points.len() * mesh.dim) as f64;
+        known[b] = Some(mesh);
+        Ok(())
+    });
+    agree(world, sized)?;
+    Ok((parallel::sum(world, &counts).into_iter().map(|n| n as usize).collect(), known))
+}
+
 impl Plan {
     /// Meshes the bodies, deals the ranks, finds the contact surfaces, and refuses what cannot be solved. Collective.
     pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<Plan> {
         let start = std::time::Instant::now();
-        let (rank, size) = (world.rank() as usize, world.size() as usize);
-        // Body b is meshed first by rank b mod P, only to know its size.
-        let mut counts = vec![0.0; case.bodies.len()];
-        let mut known: Vec<Option<Mesh>> = vec![None; case.bodies.len()];
-        let sized = (rank..case.bodies.len()).step_by(size).try_for_each(|b| {
-            let mesh = cut_mesh(&case.bodies[b])?;
-            Elements::new(&mesh, &case.bodies[b], case.analysis)?;
-            counts[b] = (mesh.points.len() * mesh.dim) as f64;
-            known[b] = Some(mesh);
-            Ok(())
-        });
-        agree(world, sized)?;
-        let dofs: Vec<usize> = parallel::sum(world, &counts).into_iter().map(|n| n as usize).collect();
+        let (dofs, mut known) = sized_meshes(case, world)?;
         let groups = Groups::new(world, &dofs);
         let meshes = groups.bodies().iter().map(|&b| match known[b].take() {
             Some(mesh) => Ok(mesh),
