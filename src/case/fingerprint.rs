@@ -53,7 +53,7 @@ mod tests {
     #[test]
     fn it_is_the_same_in_every_build() {
         let root = Node::parse("a = 1\nb = \"x\"\n", "f.toml").unwrap();
-        let bytes = b"\x01\0\0\0\0\0\0\0a\x01\0\0\0\0\0\0\01\x01\0\0\0\0\0\0\0b\x03\0\0\0\0\0\0\0\"x\"";
+        let bytes = b"\x01\0\0\0\0\0\0\0a\x01\0\0\0\0\0\0\x001\x01\0\0\0\0\0\0\0b\x03\0\0\0\0\0\0\0\"x\"";
         assert_eq!(of(&root, Path::new("")), StableHash::new().bytes(bytes).finish());
     }
 }

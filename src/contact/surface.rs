@@ -103,7 +103,10 @@ impl Surface {
         let points = self.points.iter().zip(u).map(|(x, u)| combine([(1.0, x), (1.0, u)])).collect();
         let length: f64 = (0..self.facets.len()).flat_map(|f| self.areas(f)).map(|(_, area)| area).sum();
         let thickness = if length > 0.0 { self.weights.iter().sum::<f64>() / length } else { 1.0 };
-        Surface { points, ..self.clone() }.measured(thickness)
+        // The mid-side node of a quadratic facet moves with it: from then on the curve is the facet's own.
+        let own = |(facet, camber): (&Vec<u32>, &Option<Camber>)| camber.filter(|_| facet.len() == 2);
+        let cambers = std::iter::zip(&self.facets, &self.cambers).map(own).collect();
+        Surface { points, cambers, ..self.clone() }.measured(thickness)
     }
 
     /// Computes normals and tributary areas from points and facets.

@@ -230,7 +230,7 @@ impl<'a, B: RespondAtNodes> Alternation<'a, B> {
         let steps = std::iter::zip(self.bodies.iter_mut(), &prescribed);
         let forces = steps.map(|(body, rows)| body.displacement_step(rows)).collect::<Result<Vec<_>>>();
         let forces = forces.and_then(|forces| {
-            finite(forces.iter().all(|f| all_finite(f)), "contact displacements (displacement step)")?;
+            finite(forces.iter().all(all_finite), "contact displacements (displacement step)")?;
             Ok(forces)
         });
         let forces = self.exchange.agree(forces)?;

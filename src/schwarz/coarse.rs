@@ -389,11 +389,12 @@ impl Projector {
     }
 
     /// The unrestrained motion on which the loads do work that the contact forces do not take up, if there is one.
-    /// `missing`: the works of both together on the modes; `work`: those of the loads.
-    pub fn driven(&self, missing: &[f64], work: &[f64]) -> Option<Vec<f64>> {
+    /// `missing`: the works of both together on the modes; `scale`: the sums of the absolute works, against which round-off
+    /// is measured.
+    pub fn driven(&self, missing: &[f64], scale: &[f64]) -> Option<Vec<f64>> {
         let e = DVector::from_column_slice(missing);
-        let drift = self.unrestrained.iter().fold(DVector::zeros(work.len()), |d, v| d + v * v.dot(&e));
-        let scale = DVector::from_column_slice(work).norm();
+        let drift = self.unrestrained.iter().fold(DVector::zeros(scale.len()), |d, v| d + v * v.dot(&e));
+        let scale = DVector::from_column_slice(scale).norm();
         (drift.norm() > NO_WORK * scale && drift.norm() > 0.0).then(|| drift.as_slice().to_vec())
     }
 

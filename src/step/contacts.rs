@@ -283,7 +283,9 @@ impl Contacts {
         if outcome.reason.converged() {
             let pushed = coarse.restrict(exchange, |j| driver.force[j]);
             let missing: Vec<f64> = std::iter::zip(&coarse.work, pushed).map(|(e, p)| e - p).collect();
-            if let Some(motion) = projector.driven(&missing, &coarse.work) {
+            let absolute = coarse.absolute_work(exchange, &driver.force);
+            let scale: Vec<f64> = std::iter::zip(&coarse.work, absolute).map(|(e, a)| e.abs() + a).collect();
+            if let Some(motion) = projector.driven(&missing, &scale) {
                 return Err(unrestrained(task, &motion));
             }
         }
