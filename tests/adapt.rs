@@ -19,6 +19,8 @@ fn adapt(ranks: usize, name: &str, arguments: &[&str]) -> (Option<i32>, Value, S
     let ran = run(ranks, &case(name), out.path(), arguments);
     let text = String::from_utf8_lossy(&ran.stdout).into_owned() + &String::from_utf8_lossy(&ran.stderr);
     let found = if out.path().join("summary.json").is_file() { summary(out.path()) } else { Value::Null };
+    let refused = found["exit_code"].as_i64().is_some();
+    let found = if refused { Value::Null } else { found };
     assert!(found.is_null() || out.path().join("result.vtkhdf").is_file(), "the results are kept");
     (ran.status.code(), found, text)
 }
@@ -45,14 +47,14 @@ fn coarse() -> Vec<String> {
 
 #[test]
 fn hertz_to_half_a_percent_with_a_fifth_of_the_unknowns() {
-    let (code, found, text) = adapt(2, "hertz-line", &["--variant", "ungraded", "--adapt", "pressure=0.5%"]);
+    let (code, found, text) = adapt(2, "hertz-line", &["--variant", "ungraded", "--adapt", "pressure=0.4%"]);
     assert_eq!(code, Some(0), "{text}");
     assert_eq!(found["adapt_reached"], true);
     check_invariants(&found, "hertz-line ungraded");
     let adaptive = rounds(&found).last().expect("a round");
     let estimate = number(&adaptive["contact_pressure"]);
     let error = (value(&found, "pairs.contact.max_pressure") / EXACT - 1.0).abs();
-    assert!(estimate <= 5e-3 && error <= 5e-3, "estimate {estimate}, error {error}");
+    assert!(estimate <= 4e-3 && error <= 4e-3, "estimate {estimate}, error {error}");
     assert!((value(&found, "pairs.contact.normal_force") / 1e6 - 1.0).abs() < 5e-3);
     // The start was far off: a/h = 1.
     assert!(number(&rounds(&found)[0]["contact_pressure"]) > 0.05);
@@ -66,7 +68,7 @@ fn hertz_to_half_a_percent_with_a_fifth_of_the_unknowns() {
         adapt(2, "hertz-line", &["--variant", "ungraded", "--set", &upper, "--set", &lower]);
     assert_eq!(code, Some(0), "{text}");
     let error = (value(&uniform, "pairs.contact.max_pressure") / EXACT - 1.0).abs();
-    assert!(error > 5e-3, "{error}");
+    assert!(error > 4e-3, "{error}");
     let two = case::read(&case("hertz-line"), Some("ungraded"), &finer(2)).expect("the case reads");
     let needed: usize =
         two.bodies.iter().map(|b| 2 * build_mesh(&b.geometry).expect("a mesh").points.len()).sum();
@@ -112,7 +114,11 @@ fn every_element_kind_and_energy_too() {
             arguments.extend(["--set".to_owned(), format!("body.{body}.element={element}")]);
         }
         let quadratic = matches!(element, "tri6" | "quad8");
-        let goal = if quadratic { "energy=4%" } else { "energy=15%" };
+        let goal = match element {
+            _ if quadratic => "energy=4%",
+            "quad4" => "energy=12%",
+            _ => "energy=15%",
+        };
         arguments.extend(["--variant", "ungraded", "--adapt", goal].map(str::to_owned));
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         let (code, found, text) = adapt(2, "hertz-line", &arguments);

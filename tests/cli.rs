@@ -131,7 +131,11 @@ fn a_killed_run_leaves_no_verdict_and_no_lock_and_two_do_not_mix() {
 #[test]
 fn an_iteration_limit_is_no_convergence() {
     let out = tempfile::tempdir().unwrap();
-    let output = run(2, &case("hertz-line"), out.path(), &["--set", "alternation.max_alternations=2"]);
+    // Bodies that answer by their solver take more than two.
+    let solver = ["upper", "lower"].map(|body| format!("body.{body}.response=solver"));
+    let limit = "alternation.max_alternations=2";
+    let arguments = ["--set", limit, "--set", &solver[0], "--set", &solver[1]];
+    let output = run(2, &case("hertz-line"), out.path(), &arguments);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     assert_eq!(summary(out.path())["reason"], "max_alternations");
     assert!(out.path().join("result.vtkhdf").exists(), "what there is is kept");
@@ -275,8 +279,8 @@ fn factorisations_are_counted() {
         assert_eq!(body["factorisations"], 1);
         interface += body["interface_factorisations"].as_u64().unwrap();
     }
-    // The leading body's, once for each active set.
-    assert!(interface >= 1 && interface <= summary["updates"].as_u64().unwrap() + 1, "{interface}");
+    // The leading body's, once for each active set; none where the contact problem is settled on the dense dual matrix.
+    assert!(interface <= summary["updates"].as_u64().unwrap() + 1, "{interface}");
 }
 
 #[test]
