@@ -21,7 +21,9 @@ fn main() {
         .clang_args(include.chain(mpi_compile_flags()))
         .rust_edition(bindgen::RustEdition::Edition2024)
         .allowlist_function("(Petsc|Mat|Vec|KSP|PC|IS).*")
-        .allowlist_var("PETSC_.*|MAT[A-Z_]+|VEC[A-Z_]+|KSP[A-Z_]+|PC[A-Z_]+|IS[A-Z_]+")
+        .allowlist_var(
+            "PETSC_.*|MAT[A-Z_]+|VEC[A-Z_]+|KSP[A-Z_]+|PC[A-Z_]+|IS[A-Z_]+|KSPList|PCList|PetscTrFree",
+        )
         // MPI's types are those of the mpi crate, so that a communicator needs no cast.
         .blocklist_type("MPI_.*|ompi_.*|mca_.*")
         .blocklist_function("MPI_.*|PMPI_.*")

@@ -236,7 +236,7 @@ fn solve_linear(
 ) -> Result<(f64, f64)> {
     let zeros = || Vector::zeros(world, load.len());
     let (seconds, u) = timed(world, || {
-        let ksp = Ksp::new(world, whole.matrix(), prefix)?;
+        let ksp = Ksp::new(world, whole.matrix(), prefix, RESIDUAL)?;
         ksp.set_up()?;
         let (b, x) = (zeros()?, zeros()?);
         b.set(load)?;

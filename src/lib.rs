@@ -18,6 +18,7 @@ pub mod scene;
 pub mod schwarz;
 pub mod simulation;
 mod stable_hash;
+pub mod step;
 pub mod study;
 pub mod vector;
 

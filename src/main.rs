@@ -22,10 +22,11 @@ use std::{io::IsTerminal, path::PathBuf};
 ///
 ///   mpirun -n 2 kontakt run cases/heated-gap --variant C
 ///
-/// PETSc options of a body's solver may follow, with the body's prefix: -body_upper_ksp_type cg -body_upper_pc_type gamg
+/// PETSc options of a body's solver may follow, with the body's prefix: -body_upper_ksp_type cg -body_upper_pc_type gamg.
+/// PETSc's own may, too: -log_view, -memory_view, -options_left.
 ///
 /// Exit codes: 0 converged, 1 internal error, 2 wrong input, 3 not converged, 4 unrestrained motion,
-/// 5 the accuracy that --adapt asks for not reached.
+/// 5 the accuracy that --adapt asks for not reached, 6 not enough memory.
 #[derive(Parser)]
 #[command(version, verbatim_doc_comment)]
 struct Cli {
@@ -105,7 +106,8 @@ fn main() {
     };
     abort_on_panic();
     let world = universe.world();
-    let code = match petsc::Session::start().and_then(|session| {
+    let ready = agree(&world, petsc::touch_blas());
+    let code = match ready.and_then(|()| petsc::Session::start_with(&petsc_options)).and_then(|session| {
         let code = execute(command, &petsc_options, &world)?;
         drop(session);
         Ok(code)
@@ -154,7 +156,6 @@ fn execute(command: Command, petsc_options: &[String], world: &SimpleCommunicato
     };
     let case = agree(world, case::read(&args.case, args.variant.as_deref(), &args.sets))?;
     refuse_unknown_prefixes(petsc_options, &case)?;
-    petsc::set_options(&petsc_options.join(" "))?;
     match command {
         Command::Check { .. } => check(&case, world),
         Command::Run { out, adapt, .. } => run(&case, out, &adapt, world),

@@ -311,8 +311,8 @@ fn supports_and_loads() {
         ),
         (
             "name = \"upper\"",
-            "name = \"upper\"\nelement = \"tri6\"\nformulation = \"enhanced\"",
-            "tri6 has standard",
+            "name = \"upper\"\nelement = \"tri3\"\nformulation = \"enhanced\"",
+            "tri3 has standard",
         ),
     ]);
 }

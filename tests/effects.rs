@@ -126,7 +126,7 @@ fn a_table_over_temperature_costs_no_factorisation() {
 }
 
 #[test]
-fn the_initial_geometry_is_searched_once_the_updated_one_builds_operators_again() {
+fn the_initial_geometry_is_searched_once_the_updated_one_alternates_again() {
     let (absent, _) = cost(BASE, 1);
     let (initial, _) = cost(Scene { geometry: Some("initial"), ..BASE }, 1);
     assert_eq!(
@@ -136,7 +136,6 @@ fn the_initial_geometry_is_searched_once_the_updated_one_builds_operators_again(
     );
     let (updated, _) = cost(Scene { geometry: Some("updated"), ..BASE }, 1);
     assert!(updated.alternations > absent.alternations, "{} alternations", updated.alternations);
-    assert!(updated.interface > absent.interface, "{} interface operators", updated.interface);
     assert_eq!((updated.unknowns, updated.factorisations), (absent.unknowns, absent.factorisations));
 }
 

@@ -288,6 +288,57 @@ fn components_and_energies_are_quantities() {
     }
 }
 
+/// A long cantilever on the tip of a short one: one node in contact, whatever the mesh.
+const LEAF: &str = r#"
+analysis = "plane stress"
+material.steel = { young = 2.1e11, poisson = 0.3 }
+[[body]]
+name = "long"
+material = "steel"
+mesh.rectangle = { x = { from = 0, to = 0.2, cells = 20 }, y = { from = 0, to = 0.01, cells = 1 } }
+support = [{ surface = "left", x = 0, y = 0 }]
+load = [{ surface = "right", force = [0, -1e4] }]
+[[body]]
+name = "short"
+material = "steel"
+mesh.rectangle = { x = { from = 0, to = 0.1, cells = 10 }, y = { from = -0.01, to = 0, cells = 1 } }
+support = [{ surface = "left", x = 0, y = 0 }]
+[[contact]]
+name = "tip"
+surfaces = ["long.bottom", "short.top"]
+"#;
+
+#[test]
+fn one_node_in_contact_has_no_limit_and_a_run_says_so() {
+    let directory = tempfile::tempdir().unwrap();
+    let (case, out) = (directory.path().join("leaf.toml"), directory.path().join("out"));
+    std::fs::write(&case, LEAF).unwrap();
+    let output = study(&case, &out, &["--levels", "0..2", "--repeat", "1"]).output().unwrap();
+    let text = stderr(&output);
+    assert!(output.status.success(), "{text}");
+    assert!(text.contains("fewer than 3 nodes of tip are in contact (3 of 3 rows in all)"), "{text}");
+    assert!(!rows(&out)[0].keys().any(|column| column.ends_with(".error")), "no limit is taken");
+    let run = Command::new(env!("CARGO_BIN_EXE_kontakt"))
+        .args([
+            "run",
+            &case.display().to_string(),
+            "--out",
+            &directory.path().join("run").display().to_string(),
+        ])
+        .output()
+        .unwrap();
+    assert!(
+        run.status.success() && stderr(&run).contains("contact 'tip': only 1 node is in contact"),
+        "{}",
+        stderr(&run)
+    );
+    // With an exact value errors are what they are.
+    std::fs::write(&case, format!("{LEAF}[exact]\nforce = 12444.8\n")).unwrap();
+    let output = study(&case, &out, &["--levels", "0..2", "--repeat", "1"]).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(rows(&out).iter().all(|row| number(row, "tip.force.error") < 0.02));
+}
+
 #[test]
 fn runs_that_do_not_converge_are_listed_and_not_in_the_curves() {
     let directory = tempfile::tempdir().unwrap();

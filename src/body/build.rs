@@ -2,6 +2,7 @@
 use super::{
     Body, Constraints, Elements, Fixing, FreeModes, Interface, LoadFactors, NodeConstraint, ResponseKind,
     assembly::{Assembled, Model},
+    condense_estimate,
     load::Loads,
     options_prefix,
     soft::Split,
@@ -12,12 +13,25 @@ use crate::{
     case::{Analysis, BodyCase},
     error::Result,
     material::LinearElastic,
-    mesh::{Mesh, MeshPart, Numbering, give_to_first, partition},
-    parallel::agree,
-    petsc::{Gather, Matrix, Vector},
+    mesh::{Cell, Mesh, MeshPart, Numbering, give_to_first, partition},
+    parallel::{agree, busy_with},
+    petsc::{Gather, Matrix, Stage, Vector, smooth_stretched},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{rc::Rc, time::Instant};
+
+/// Relative residual that the answers of an iterative solver may have at most, if nobody says more: what the tightest
+/// alternations need.
+const ACCURATE: f64 = 1e-12;
+
+/// The residual of the bodies' answers is to be this much smaller than that of the alternation, or it is what stops it, ...
+const SHARE: f64 = 0.01;
+
+/// ... and at most this, whatever the alternation's tolerance.
+const LOOSEST: f64 = 1e-8;
+
+/// From this ratio of a cell's longest to its shortest side on, multigrid needs smoothers for stretched cells.
+const STRETCHED: f64 = 4.0;
 
 /// A body with its stiffness matrix and its loads, not factorised yet.
 pub struct AssembledBody {
@@ -62,9 +76,17 @@ impl Body {
         interface: &[u32],
         response: ResponseKind,
     ) -> Result<AssembledBody> {
+        let _stage = Stage::Assemble.enter();
         let parts = group.size() as usize;
+        let need = condense_estimate(mesh.points.len() * mesh.dim, interface.len() * mesh.dim, mesh.dim);
+        busy_with(format!(
+            "assembling body '{}' of {} unknowns, whose factor alone takes about {:.0} MB",
+            case.name,
+            mesh.points.len() * mesh.dim,
+            (need.bytes + need.factor_bytes) / 1e6
+        ));
         // The same on every rank of the group, errors included.
-        let elements = Elements::new(mesh, case)?;
+        let elements = Elements::new(mesh, case, analysis)?;
         let mut owners = partition(mesh, parts)
             .map_err(|e| case.origin.error(format!("cannot be spread over {parts} ranks: {e}")))?;
         give_to_first(mesh, &mut owners, interface);
@@ -100,7 +122,11 @@ impl Body {
         let Assembled { matrix, thermal, prescribed } = parameters.stiffness(group)?;
         let cost = SharedCost::default();
         cost.add(|c| c.assemble = start.elapsed().as_secs_f64());
-        let setting = Setting { body: case.name.clone(), prefix: options_prefix(&case.name), dim };
+        if stretching(mesh) > STRETCHED {
+            smooth_stretched(&options_prefix(&case.name))?;
+        }
+        let setting =
+            Setting { body: case.name.clone(), prefix: options_prefix(&case.name), dim, tolerance: ACCURATE };
         let loads = Loads {
             factors: LoadFactors::default(),
             external,
@@ -128,6 +154,23 @@ impl Body {
             ghosts,
         })
     }
+}
+
+/// Largest ratio of a cell's longest to its shortest side.
+fn stretching(mesh: &Mesh) -> f64 {
+    let of_cell = |cell: &Cell| {
+        let side = |facet: u8| {
+            let mut nodes = cell.facet_nodes(facet).map(|node| &mesh.points[node as usize]);
+            let (Some(a), Some(b)) = (nodes.next(), nodes.next()) else { return 0.0 };
+            std::iter::zip(a, b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+        };
+        let sides = (0..cell.kind.facets().len() as u8).map(side);
+        let (shortest, longest) = sides.fold((f64::INFINITY, 0.0), |(s, l): (f64, f64), side| {
+            (if side < s { side } else { s }, if side > l { side } else { l })
+        });
+        longest / shortest
+    };
+    mesh.cells.iter().map(of_cell).fold(1.0, |most, ratio| if ratio > most { ratio } else { most })
 }
 
 impl AssembledBody {
@@ -161,6 +204,11 @@ impl AssembledBody {
                 .collect(),
             dim,
         });
+    }
+
+    /// An iterative solver is to be accurate enough for an alternation to this relative tolerance.
+    pub fn answer_to(&mut self, tolerance: f64) {
+        self.setting.tolerance = (SHARE * tolerance).clamp(ACCURATE, LOOSEST);
     }
 
     /// Factorises. Collective.

@@ -91,6 +91,13 @@ impl Condensed {
         &self.compliance
     }
 
+    /// Operations that the Schur complement's dense front, its factor and C have taken.
+    pub(super) fn operations(&self) -> f64 {
+        let b = (self.interface.nodes.len() * self.dim) as f64;
+        let m = self.values.rows.len() as f64;
+        2.0 / 3.0 * b.powi(3) + b * b * m + b * m * m
+    }
+
     /// Force step.
     pub(super) fn push(&self, force: &[f64]) -> Result<Vec<f64>> {
         self.compliance.times(force)

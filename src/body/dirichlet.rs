@@ -9,7 +9,7 @@ use crate::{
     contact::vector::{self, combine, dot, norm},
     error::{Error, Result},
     parallel,
-    petsc::{Ksp, Matrix, Vector},
+    petsc::{Ksp, Matrix, Stage, Vector},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use nalgebra::DMatrix;
@@ -54,6 +54,7 @@ struct Prescribed {
 impl Dirichlet {
     /// Assembles and factorises. Collective.
     pub fn new(solver: &Solver, group: &SimpleCommunicator) -> Result<Dirichlet> {
+        let _stage = Stage::Factor.enter();
         let nodes = prescribed_nodes(solver);
         let held = held_directions(solver, group, &nodes);
         let model = &solver.model;
@@ -74,12 +75,14 @@ impl Dirichlet {
         let free = Constraints::default();
         let near = model.parameters(temperature, &free).stiffness_near(group, &marked)?;
         let setting = solver.system.setting();
-        let ksp = Ksp::new(group, &matrix, &setting.prefix)?;
-        ksp.set_up().map_err(|e| {
-            Error::internal(format!(
-                "body '{}': the matrix of the displacement step cannot be factorised: {e}",
+        let ksp =
+            Ksp::new(group, &matrix, &setting.prefix, setting.tolerance).map_err(|e| setting.of_body(e))?;
+        ksp.set_up().map_err(|e| match e {
+            Error::Internal(text) => Error::internal(format!(
+                "body '{}': the matrix of the displacement step cannot be factorised: {text}",
                 setting.body
-            ))
+            )),
+            other => setting.of_body(other),
         })?;
         Ok(Dirichlet { constraints, ksp, near, nodes })
     }
@@ -101,7 +104,7 @@ impl Dirichlet {
         self.near.times(&x, &f)?;
         let load: Vec<f64> = f.to_vec()?.iter().map(|f| -f).collect();
         b.set(&self.constraints.to_frames(&load, dim))?;
-        self.ksp.solve(&b, &x)?;
+        self.ksp.solve(&b, &x).map_err(|e| solver.system.setting().of_body(e))?;
         solver.cost.add(|c| c.solves += 1);
         let inner = self.constraints.from_frames(&x.to_vec()?, dim);
         std::iter::zip(&mut u, inner).for_each(|(u, inner)| *u += inner);

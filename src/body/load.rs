@@ -5,10 +5,11 @@ use crate::{
     parallel::{self, agree},
 };
 use mpi::topology::SimpleCommunicator;
+use serde::{Deserialize, Serialize};
 use std::{rc::Rc, time::Instant};
 
 /// Factors of a load step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LoadFactors {
     /// On the loads.
     pub loads: f64,
@@ -21,6 +22,21 @@ pub struct LoadFactors {
 impl Default for LoadFactors {
     fn default() -> Self {
         LoadFactors { loads: 1.0, supports: 1.0, temperature: 1.0 }
+    }
+}
+
+impl LoadFactors {
+    /// Nothing acts.
+    pub const NONE: LoadFactors = LoadFactors { loads: 0.0, supports: 0.0, temperature: 0.0 };
+
+    /// The factors at a share of the way to others.
+    pub fn toward(&self, end: &LoadFactors, share: f64) -> LoadFactors {
+        let between = |a: f64, b: f64| a + share * (b - a);
+        LoadFactors {
+            loads: between(self.loads, end.loads),
+            supports: between(self.supports, end.supports),
+            temperature: between(self.temperature, end.temperature),
+        }
     }
 }
 

@@ -37,9 +37,10 @@ pub use rigid::{Fixing, FreeModes, RigidMode, free_motions};
 pub use solver::Solver;
 
 use crate::{
-    case::{BodyCase, Temperature},
-    element::{ElementKind, SolidElement},
+    case::{BodyCase, LoadKind, Temperature},
+    element::{ElementKind, Formulation, SolidElement, resolve_for},
     error::{Error, Result},
+    material::Analysis,
     mesh::{Mesh, MeshPart, Numbering},
     parallel::agree,
     petsc::{Gather, Vector},
@@ -51,6 +52,21 @@ use rstar::{RTree, primitives::GeomWithData};
 use soft::Split;
 use std::rc::Rc;
 use system::{SharedCost, System};
+
+/// The bubble of an enhanced tri6 is eliminated before there are loads: it would have to carry its share of a body
+/// force, and without it strains are wrong by h in place of h^2.
+fn refuse_body_force(element: SolidElement, case: &BodyCase) -> Result<()> {
+    let is_body_force = |load: &&crate::case::Load| matches!(load.kind, LoadKind::BodyForce(_));
+    match case.loads.iter().find(is_body_force) {
+        Some(load) if (element.kind(), element.formulation()) == (ElementKind::Tri6, Formulation::Enhanced) => {
+            Err(load.origin.error(
+                "tri6 elements in their enhanced formulation, the default in plane strain at a Poisson's ratio above \
+                 0.45, take no 'body_force'; take quad4 or quad8",
+            ))
+        }
+        _ => Ok(()),
+    }
+}
 
 /// One body on its rank group.
 pub struct Body {
@@ -102,14 +118,22 @@ pub struct Cost {
 pub struct Elements([Option<SolidElement>; ElementKind::ALL.len()]);
 
 impl Elements {
-    /// Resolves the formulation for every kind of cell in the mesh.
-    pub fn new(mesh: &Mesh, case: &BodyCase) -> Result<Elements> {
+    /// Resolves the formulation for every kind of cell in the mesh; one that would lock is refused.
+    pub fn new(mesh: &Mesh, case: &BodyCase, analysis: Analysis) -> Result<Elements> {
+        // Contraction across the plane makes up for any in-plane dilatation: plane stress does not lock.
+        let poisson = match analysis {
+            Analysis::PlaneStress { .. } => 0.0,
+            Analysis::PlaneStrain { .. } => case.material.poisson.largest(),
+        };
         let mut elements = [None; ElementKind::ALL.len()];
         for cell in &mesh.cells {
             let slot = &mut elements[cell.kind as usize];
             if slot.is_none() {
-                let element = SolidElement::new(cell.kind, case.formulation);
-                *slot = Some(element.map_err(|text| case.origin.error(text))?);
+                let element = resolve_for(cell.kind, case.formulation, poisson)
+                    .and_then(|formulation| SolidElement::new(cell.kind, Some(formulation)));
+                let element = element.map_err(|text| case.origin.error(text))?;
+                refuse_body_force(element, case)?;
+                *slot = Some(element);
             }
         }
         Ok(Elements(elements))
@@ -148,6 +172,11 @@ impl Body {
     /// What it has cost so far, its responses included.
     pub fn cost(&self) -> Cost {
         self.cost.get()
+    }
+
+    /// What the options of its solver say and is not done, for the user; the same on all ranks of the group.
+    pub fn notes(&self) -> &[String] {
+        self.system.notes()
     }
 
     /// True if it answers by its Schur complement, false if by its solver.

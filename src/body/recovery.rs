@@ -5,6 +5,7 @@ use crate::{
     element::{ElementKind, MAX_NODES, PointGeometry, PointLaw, QuadraturePoint, SolidElement},
     error::Result,
     mesh::Cell,
+    vector::{largest, worst},
 };
 
 /// Tensors are (xx, yy, zz, xy, yz, xz).
@@ -56,6 +57,9 @@ pub struct Balance {
     pub noise: f64,
     /// Resultant of the support forces, N; a fixing is no support, its force is residual.
     pub reaction: [f64; 3],
+    /// What the unit round-off of the displacements makes of the internal forces, eps |u| times the stiffness of the cells
+    /// at a node: sum of squares over the nodes, N2, and sum, N.
+    pub round_off: [f64; 2],
 }
 
 impl Body {
@@ -77,6 +81,8 @@ impl Body {
         let mut balance = Balance::default();
         let mut work = Workspace::default();
         let modulus = self.model.law.plane_modulus();
+        let stiffness = self.model.law.law(None).h[0][0] * self.model.thickness;
+        let mut rounding = vec![0.0; part.points.len()];
         for (i, cell) in part.cells.iter().enumerate() {
             self.evaluate(cell, u, &mut work)?;
             let element = self.model.elements.of(cell.kind);
@@ -86,7 +92,11 @@ impl Body {
             fields.first_point.push(fields.point_stress.len() as u32);
             let f = &mut work.force[..n * dim];
             element.internal_force(&work.geometry, self.model.thickness, &fields.point_stress[begin..], f);
+            let steepest = |g: &PointGeometry| worst(g.gradient[..n].iter().map(|d| dot(d, d)));
+            let cell_stiffness: f64 = work.geometry.iter().map(|g| stiffness * g.area * steepest(g)).sum();
+            let rounded = f64::EPSILON * cell_stiffness * largest(&work.u[..n * dim]);
             for (a, &node) in cell.nodes().iter().enumerate() {
+                rounding[node as usize] += rounded;
                 (0..dim).for_each(|c| internal[node as usize * dim + c] += f[a * dim + c]);
             }
             let mut at_nodes = [[0.0; 6]; MAX_NODES];
@@ -128,6 +138,10 @@ impl Body {
         }
         Hanging::of(part).distribute(&mut internal, dim);
         self.balance(u, contact, &internal, &mut balance);
+        for r in &rounding[..part.n_owned] {
+            balance.round_off[0] += r * r;
+            balance.round_off[1] += r;
+        }
         Ok((fields, balance))
     }
 

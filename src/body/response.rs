@@ -2,6 +2,7 @@
 use super::{Body, BodyRow, Condensed, Solver, interface::contact_force};
 use crate::{
     error::Result,
+    petsc::{Stage, Symmetric},
     schwarz::{Respond, RespondAtNodes, Spring},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -40,6 +41,7 @@ pub(super) struct RowValues {
 impl Body {
     /// The body's answer on `rows`, which need be given on the first rank only. Collective.
     pub fn respond(&mut self, group: &SimpleCommunicator, rows: Vec<BodyRow>) -> Result<Response> {
+        let _stage = Stage::Condense.enter();
         let start = Instant::now();
         let rows = if group.rank() == 0 { self.interface.own_rows(rows) } else { Vec::new() };
         let values = RowValues { rows, ..RowValues::default() };
@@ -217,6 +219,20 @@ impl Respond for Response {
         match self {
             Response::Condensed(c) => c.unilateral_step(gap, chosen, held),
             Response::Solver(_) => Ok(None),
+        }
+    }
+
+    fn compliance(&self) -> Option<&Symmetric> {
+        match self {
+            Response::Condensed(c) => Some(c.compliance()),
+            Response::Solver(_) => None,
+        }
+    }
+
+    fn condensation(&self) -> f64 {
+        match self {
+            Response::Condensed(c) => c.operations(),
+            Response::Solver(_) => 0.0,
         }
     }
 

@@ -1,13 +1,13 @@
 //! A body's equations and how they are solved: by its solver, or condensed to its interface.
 use super::{
-    Cost, Interface,
+    Cost, Interface, condense_estimate,
     soft::{SoftModes, Split},
 };
 use crate::vector::larger;
 use crate::{
     error::{Error, Result},
     parallel::{self, agree},
-    petsc::{Cholesky, Ksp, Matrix, SchurFactor, Symmetric, Vector},
+    petsc::{Cholesky, Ksp, Matrix, ROUND_OFF, SchurFactor, Stage, Symmetric, Vector},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{cell::Cell, rc::Rc, time::Instant};
@@ -40,6 +40,15 @@ pub(super) struct Setting {
     pub prefix: String,
     /// Displacement components of a node.
     pub dim: usize,
+    /// Relative residual that the answers of an iterative solver may have at most.
+    pub tolerance: f64,
+}
+
+impl Setting {
+    /// Says of which body an error is.
+    pub fn of_body(&self, e: Error) -> Error {
+        e.map(|text| format!("body '{}': {text}", self.body))
+    }
 }
 
 /// The stiffness matrix with its solver. Vectors: owned unknowns, in the nodes' frames.
@@ -79,13 +88,15 @@ impl System {
         split: Option<&Split>,
         cost: &SharedCost,
     ) -> Result<System> {
-        let failed = |e: Error| {
-            let text = format!("body '{}': the stiffness matrix cannot be factorised: {e}", setting.body);
-            match e {
-                Error::NotFinite(_) => Error::NotFinite(text),
-                _ => Error::internal(text),
-            }
+        let failed = |e: Error| match e {
+            Error::Internal(text) => Error::internal(format!(
+                "body '{}': the stiffness matrix cannot be factorised: {text}",
+                setting.body
+            )),
+            other => setting.of_body(other),
         };
+        let _stage = Stage::Factor.enter();
+        parallel::busy_with(format!("factorising body '{}'", setting.body));
         let start = Instant::now();
         let answer = if condensed {
             let dofs = interface.dofs(setting.dim);
@@ -107,7 +118,13 @@ impl System {
                 dofs,
             }))
         } else {
-            let ksp = Ksp::new(group, &matrix, &setting.prefix)?;
+            let ksp = Ksp::new(group, &matrix, &setting.prefix, setting.tolerance)
+                .map_err(|e| setting.of_body(e))?;
+            if ksp.is_direct() {
+                let need = condense_estimate(matrix.n_rows(), 0, setting.dim).factor_bytes;
+                let own = need / f64::from(group.size());
+                parallel::demand(group, own, "its factorisation").map_err(failed)?;
+            }
             ksp.set_up().map_err(failed)?;
             cost.add(|c| c.factor += start.elapsed().as_secs_f64());
             Answer::Solver(ksp)
@@ -133,6 +150,16 @@ impl System {
         }
     }
 
+    /// What the options of the solver say and is not done.
+    pub fn notes(&self) -> &[String] {
+        self.ksp().map_or(&[], Ksp::notes)
+    }
+
+    /// True if the residual of an answer has been measured, and is as small as it can be made.
+    fn is_measured(&self) -> bool {
+        self.ksp().is_some_and(|ksp| !ksp.is_direct())
+    }
+
     /// Factor of the Schur complement, on the first rank of a condensed body.
     pub fn interface_factor(&self) -> Option<&Cholesky> {
         match &self.answer {
@@ -155,7 +182,7 @@ impl System {
         match &self.answer {
             Answer::Solver(ksp) => {
                 let (rhs, x) = (vector(group, b)?, Vector::zeros(group, b.len())?);
-                ksp.solve(&rhs, &x)?;
+                ksp.solve(&rhs, &x).map_err(|e| self.setting.of_body(e))?;
                 self.cost.add(|c| c.solves += 1);
                 x.to_vec()
             }
@@ -168,10 +195,13 @@ impl System {
         }
     }
 
-    /// As [`System::solve`], with one step of iterative refinement, which makes the answer independent of the
+    /// As [`System::solve`]; a direct one with one step of iterative refinement, which makes the answer independent of the
     /// factorisation's round-off and so of the number of ranks. Collective.
     pub fn solve_refined(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
         let x = self.solve(group, b)?;
+        if self.is_measured() {
+            return Ok(x);
+        }
         let residual = self.residual(group, b, &x)?;
         self.correct(group, x, &residual)
     }
@@ -203,12 +233,16 @@ impl System {
         Ok(x)
     }
 
-    /// x with one step of iterative refinement if its residual asks for it. Collective.
+    /// x with one step of iterative refinement if its residual asks for it; never after an iterative solver, which has
+    /// measured it. Collective.
     pub fn refine(&self, group: &SimpleCommunicator, b: &[f64], x: Vec<f64>) -> Result<Vec<f64>> {
+        if self.is_measured() {
+            return Ok(x);
+        }
         let residual = self.residual(group, b, &x)?;
         let squares = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
         let sums = parallel::sum(group, &[squares(&residual), squares(b), squares(&x)]);
-        let round_off = 16.0 * f64::EPSILON * self.diagonal * sums[2].sqrt();
+        let round_off = ROUND_OFF * self.diagonal * sums[2].sqrt();
         if sums[0].sqrt() <= (REFINE * sums[1].sqrt()).max(round_off) {
             return Ok(x);
         }

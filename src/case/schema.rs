@@ -230,7 +230,11 @@ incompressibility, the enhanced one does in neither. quad8 takes `reduced` (2 x 
 default: it \
 does not lock near incompressibility, its stresses are superconvergent at these points, and its one \
 zero-energy \
-mode cannot spread from element to element.\n\nSolver: by default a sparse Cholesky factorisation (L D L^T) \
+mode cannot spread from element to element. tri6 takes `enhanced` (a bubble, and a dilatation linear in the \
+element) and has it by default in plane strain at a Poisson's ratio above 0.45, where the standard one's \
+pressures oscillate. In plane strain above 0.45 formulations that lock are refused: tri3 has no other, quad4, \
+quad8 and tri6 have their defaults. A material with a table counts by its largest value. An enhanced tri6 takes no \
+`body_force`.\n\nSolver: by default a sparse Cholesky factorisation (L D L^T) \
 by MUMPS, \
 made once and used again while the matrix does not change: the fastest set-up there is in two dimensions, \
 and one \
@@ -239,7 +243,7 @@ this body, \
 with PETSc's own option names; `-body_<name>_ksp_type cg` does on the command line. A case may give the options that choose \
 and tune a solver (`-ksp_...`, `-pc_...`, `-mat_mumps_...`, also of the solvers inside a preconditioner, `-sub_...`, \
 `-mg_levels_...`); viewers, monitors and whatever else may write a file or load code are refused by name, so that a case \
-from anybody is safe to run. The command line takes them all.\n\n\
+from anybody is safe to run; `.petscrc` files are not read. The command line takes them all.\n\n\
 A body with `rigid` is a rigid one: it has a `name` and [`rigid`](#rigid) and none of the other keys.",
         keys: &[
             key("name", Name, REQUIRED, "Name, unique among the bodies."),
@@ -260,7 +264,9 @@ file, which has its own.",
             key(
                 "formulation",
                 Choice(&["standard", "enhanced", "reduced"]),
-                is("quad4 `enhanced`, quad8 `reduced`, triangles `standard`"),
+                is(
+                    "quad4 `enhanced`, quad8 `reduced`, triangles `standard`, nearly incompressible tri6 `enhanced`",
+                ),
                 "How strains follow from displacements.",
             ),
             key(
@@ -431,7 +437,7 @@ groups name the bodies and surfaces.",
                 Natural,
                 is("0"),
                 "How often every cell is cut into four, nodes on the curved boundary (of a file's straight sides: on a \
-smooth curve through its nodes, corners of more than 40 degrees kept).",
+smooth curve through its nodes; a turn of more than 40 degrees, or one that the neighbouring nodes do not have, is a corner and kept).",
             ),
             key(
                 "rotate",

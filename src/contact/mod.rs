@@ -1,10 +1,12 @@
 //! Where surfaces meet: contact surfaces, conjugate points, gaps.
 //!
 //! Knows surfaces, not bodies: both rank groups of a pair hold both surfaces and compute the same pairing.
+mod camber;
 mod gap;
 pub mod mortar;
 mod normals;
 mod pairing;
+mod penetration;
 mod rigid;
 mod rows;
 mod search;
@@ -12,8 +14,10 @@ mod surface;
 #[cfg(test)]
 mod testing;
 
+pub use camber::Camber;
 pub use gap::{ConjugateRule, Gap};
 pub use pairing::{Conjugate, Pairing};
+pub use penetration::deepest_node;
 pub use rows::{Row, pointwise};
 pub use search::Projection;
 pub use surface::Surface;

@@ -65,7 +65,15 @@ impl Pairing {
                     }
                     let gap = match gap {
                         Gap::Value(value) => *value,
-                        Gap::Geometry { offset: added } => dot(&normal, &offset) + added,
+                        Gap::Geometry { offset: added } => {
+                            let shape = projection.shape;
+                            let curve = || {
+                                let eta = shape[1] - shape[0];
+                                other.distance_to_curve(projection.facet, &mine.points[i], &normal, eta)
+                            };
+                            let of_curve = if terms.len() > 1 { curve() } else { None };
+                            of_curve.unwrap_or_else(|| dot(&normal, &offset)) + added
+                        }
                     };
                     Some(Conjugate { terms, normal, gap })
                 })

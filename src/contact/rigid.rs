@@ -31,7 +31,7 @@ impl Surface {
     }
 
     fn rigid(points: Vec<[f64; 3]>, facets: Vec<Vec<u32>>) -> Surface {
-        Surface { rigid: true, ..Surface::from_points(points, facets, 1.0) }
+        Surface { rigid: true, ..Surface::from_points(points, facets, 1.0, false) }
     }
 
     /// Straight lines from point to point, closed if the last point is the first; the body lies to the left.

@@ -1,5 +1,8 @@
 //! A contact surface: its nodes in order, normals, facets, tributary areas.
-use super::vector::{combine, norm, sub};
+use super::{
+    Camber,
+    vector::{combine, norm, sub},
+};
 use crate::mesh::{Facet, Mesh};
 use std::collections::HashMap;
 
@@ -16,6 +19,10 @@ pub struct Surface {
     pub s: Vec<f64>,
     /// Facets as indices into `nodes`: the two ends and, if quadratic, the mid-side node.
     pub facets: Vec<Vec<u32>>,
+    /// The curve that each facet stands for; `None`: its own.
+    pub cambers: Vec<Option<Camber>>,
+    /// Nodes where the surface has a corner, however it is deformed.
+    pub corners: Vec<bool>,
     /// Tributary area of each node, int N_i t ds, m2.
     pub weights: Vec<f64>,
     /// True if no deformation can change the shape: the normals are exact, whatever is pressed against it.
@@ -52,12 +59,20 @@ impl Surface {
             }
             length += total;
             surface.facets.push(global.iter().map(|g| local[g]).collect());
+            surface.cambers.push(Camber::of_mesh(mesh, [global[0], global[1]]));
         }
+        surface.corners = super::normals::corners(&surface);
         surface.measured(thickness)
     }
 
     /// A surface of its own: `points` and `facets` in order, the body to the left; `thickness` as in [`Surface::new`].
-    pub(super) fn from_points(points: Vec<[f64; 3]>, facets: Vec<Vec<u32>>, thickness: f64) -> Surface {
+    /// Straight facets of a `smooth` one stand for the curve through its nodes.
+    pub(super) fn from_points(
+        points: Vec<[f64; 3]>,
+        facets: Vec<Vec<u32>>,
+        thickness: f64,
+        smooth: bool,
+    ) -> Surface {
         let mut surface =
             Surface { nodes: (0..points.len() as u32).collect(), points, facets, ..Self::default() };
         surface.s = vec![0.0; surface.nodes.len()];
@@ -73,16 +88,25 @@ impl Surface {
             }
             length += total;
         }
+        surface.cambers = match smooth {
+            true => Camber::of_nodes(&surface.points, &surface.facets),
+            false => vec![None; surface.facets.len()],
+        };
+        surface.corners = super::normals::corners(&surface);
         surface.measured(thickness)
     }
 
     /// The surface with its nodes moved by `u`, m, one displacement per surface node: normals and tributary areas
-    /// are those of the new positions, `s` remains the arc length before the motion.
+    /// are those of the new positions, `s` remains the arc length before the motion. The curves keep their heights over the
+    /// facets: they move with them.
     pub fn moved(&self, u: &[[f64; 3]]) -> Surface {
         let points = self.points.iter().zip(u).map(|(x, u)| combine([(1.0, x), (1.0, u)])).collect();
         let length: f64 = (0..self.facets.len()).flat_map(|f| self.areas(f)).map(|(_, area)| area).sum();
         let thickness = if length > 0.0 { self.weights.iter().sum::<f64>() / length } else { 1.0 };
-        Surface { points, ..self.clone() }.measured(thickness)
+        // The mid-side node of a quadratic facet moves with it: from then on the curve is the facet's own.
+        let own = |(facet, camber): (&Vec<u32>, &Option<Camber>)| camber.filter(|_| facet.len() == 2);
+        let cambers = std::iter::zip(&self.facets, &self.cambers).map(own).collect();
+        Surface { points, cambers, ..self.clone() }.measured(thickness)
     }
 
     /// Computes normals and tributary areas from points and facets.
@@ -147,11 +171,14 @@ impl Surface {
             out.push(f64::from(self.nodes[i]));
             out.extend(self.points[i]);
             out.extend(self.normals[i]);
-            out.extend([self.s[i], self.weights[i]]);
+            out.extend([self.s[i], self.weights[i], f64::from(u8::from(self.corners[i]))]);
         }
-        for facet in &self.facets {
+        for (facet, camber) in std::iter::zip(&self.facets, &self.cambers) {
             out.push(facet.len() as f64);
             out.extend(facet.iter().map(|&node| f64::from(node)));
+            let has = f64::from(u8::from(camber.is_some()));
+            let Camber { half_angle, skew, doubt, deduced } = camber.unwrap_or_default();
+            out.extend([has, half_angle, skew, doubt, f64::from(u8::from(deduced))]);
         }
         out
     }
@@ -168,10 +195,14 @@ impl Surface {
             surface.normals.push([take(), take(), take()]);
             surface.s.push(take());
             surface.weights.push(take());
+            surface.corners.push(take() > 0.5);
         }
         for _ in 0..n_facets {
             let n = take() as usize;
             surface.facets.push((0..n).map(|_| take() as u32).collect());
+            let has = take() > 0.5;
+            let camber = Camber { half_angle: take(), skew: take(), doubt: take(), deduced: take() > 0.5 };
+            surface.cambers.push(has.then_some(camber));
         }
         surface
     }

@@ -31,7 +31,7 @@ pub fn chain(ends: &[f64], quadratic: bool, map: impl Fn(f64) -> [f64; 2]) -> Su
         nodes
     });
     let facets = facets.collect();
-    Surface::from_points(points, facets, 1.0)
+    Surface::from_points(points, facets, 1.0, true)
 }
 
 /// `n` equal parts of an interval.

@@ -6,7 +6,8 @@ use super::ElementKind;
 pub enum Formulation {
     /// Displacement element, full integration.
     Standard,
-    /// quad4 with enhanced assumed strains (Simo-Rifai / Taylor, 4 parameters): its default.
+    /// quad4 with enhanced assumed strains (Simo-Rifai / Taylor, 4 parameters): its default. tri6 with a bubble and a
+    /// linear dilatation: its default near incompressibility.
     Enhanced,
     /// quad8 with 2 x 2 points: its default.
     Reduced,
@@ -25,7 +26,8 @@ impl Formulation {
     /// The formulations of an element kind, the default first.
     pub fn of(kind: ElementKind) -> &'static [Formulation] {
         match kind {
-            ElementKind::Tri3 | ElementKind::Tri6 => &[Formulation::Standard],
+            ElementKind::Tri3 => &[Formulation::Standard],
+            ElementKind::Tri6 => &[Formulation::Standard, Formulation::Enhanced],
             ElementKind::Quad4 => &[Formulation::Enhanced, Formulation::Standard],
             ElementKind::Quad8 => &[Formulation::Reduced, Formulation::Standard],
         }

@@ -1,9 +1,11 @@
 //! Element kinds: shape functions, facets, quadrature, and the matrices of a solid element.
 //!
 //! The only place, with `mesh` generators and surface integration, that knows the number of dimensions.
+mod dilatation;
 mod formulation;
 mod geometry;
 mod load;
+mod locking;
 mod quadrature;
 mod recovery;
 mod shape;
@@ -12,6 +14,7 @@ mod solid;
 pub use formulation::Formulation;
 pub use geometry::PointGeometry;
 pub use load::{body_load, facet_load, facet_weights};
+pub use locking::{LARGEST_POISSON, resolve_for};
 pub use quadrature::{
     FacetPoint, MAX_POINTS, QuadraturePoint, error_rule, facet_rule, load_rule, stiffness_rule,
 };

@@ -29,11 +29,13 @@ pub const MAX_POINTS: usize = 9;
 
 /// Rule for stiffness, strains and internal forces. Points of the quadrilaterals run along xi first.
 ///
-/// tri3: 1 point; tri6: 3 points (degree 2), exact on straight-sided elements; quad4: 2 x 2; quad8: 3 x 3,
+/// tri3: 1 point; tri6: 3 points (degree 2), exact on straight-sided elements, enhanced 7 (degree 5, for the
+/// bubble); quad4: 2 x 2; quad8: 3 x 3,
 /// reduced 2 x 2. The pair must come from [`super::resolve`]; [`super::SolidElement`] guarantees that.
 pub fn stiffness_rule(kind: ElementKind, formulation: Formulation) -> &'static [QuadraturePoint] {
     match (kind, formulation) {
         (ElementKind::Tri3, _) => &TRIANGLE_1,
+        (ElementKind::Tri6, Formulation::Enhanced) => &TRIANGLE_7,
         (ElementKind::Tri6, _) => &TRIANGLE_3,
         (ElementKind::Quad4, _) | (ElementKind::Quad8, Formulation::Reduced) => &SQUARE_2,
         (ElementKind::Quad8, Formulation::Standard | Formulation::Enhanced) => &SQUARE_3,
@@ -153,6 +155,7 @@ mod tests {
         let rules = [
             (Tri3, stiffness_rule(Tri3, Standard), 1),
             (Tri6, stiffness_rule(Tri6, Standard), 2),
+            (Tri6, stiffness_rule(Tri6, Enhanced), 5),
             (Quad4, stiffness_rule(Quad4, Enhanced), 3),
             (Quad8, stiffness_rule(Quad8, Reduced), 3),
             (Quad8, stiffness_rule(Quad8, Standard), 5),

@@ -5,7 +5,7 @@ use crate::Result;
 impl SolidElement {
     /// Values at the nodes from values at the quadrature points.
     ///
-    /// tri3: the constant. tri6: the linear function through the three points. Quadrilaterals: a + b xi + c
+    /// tri3: the constant. tri6: the linear function through the three points, or fitted to the seven. Quadrilaterals: a + b xi + c
     /// eta + d xi eta, through the 2 x 2 points, or fitted to the 3 x 3 points by least squares with the
     /// Gauss weights (the fit takes the values of the quadratic at the 2 x 2 points, where stresses are most
     /// accurate: Barlow, Int. J. Numer. Meth. Engng 10 (1976) 243).
@@ -13,7 +13,7 @@ impl SolidElement {
         match self.kind() {
             ElementKind::Tri3 => at_nodes.fill(at_points[0]),
             ElementKind::Tri6 => self.fit(at_points, at_nodes, |xi| {
-                // 2 L_a - 1/3 is one at point a and zero at the others.
+                // Orthogonal; with three points 2 L_a - 1/3 is one at point a and zero at the others.
                 [1. - xi[0] - xi[1], xi[0], xi[1]].map(|l| 2. * l - 1. / 3.)
             }),
             ElementKind::Quad4 | ElementKind::Quad8 => {

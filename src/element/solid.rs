@@ -1,15 +1,20 @@
 //! Stiffness, strains and internal forces of a solid element.
 //!
-//! Every element is a set of displacement modes: its shape functions and, in the enhanced quad4, two
-//! incompatible modes, whose four amplitudes are eliminated inside the element. Strain B u and force B^T
+//! Every element is a set of displacement modes: its shape functions and, in the enhanced quad4 and tri6,
+//! internal modes, whose amplitudes are eliminated inside the element. Strain B u and force B^T
 //! sigma are formed mode by mode in [`strain_of`] and [`force_of`]; the material enters only through
 //! [`PointLaw`].
 //!
-//! Incompatible modes m = 1, 2, in the form of Simo and Rifai, Int. J. Numer. Meth. Engng 29 (1990) 1595
+//! Incompatible modes of the quad4 m = 1, 2, in the form of Simo and Rifai, Int. J. Numer. Meth. Engng 29 (1990) 1595
 //! (four parameters), which is that of Taylor, Beresford and Wilson, ibid. 10 (1976) 1211: the modes xi_m^2 /
 //! 2 with the gradient det J0 / det J  xi_m  J0^-T e_m, J0 the Jacobian at the centre. Its integral over the
 //! element is zero on any shape, so that the patch test holds.
+//!
+//! The enhanced tri6 has the bubble 27 L1 L2 L3, its gradient formed in the same way, and a dilatation that is
+//! linear in the element ([`Dilatation`]): the conforming element of Crouzeix and Raviart (RAIRO R3 (1973) 33)
+//! with its pressures eliminated, stable near incompressibility (Fortin, Int. J. Numer. Meth. Fluids 1 (1981) 347).
 use super::Formulation;
+use super::dilatation::Dilatation;
 use super::geometry::Jacobian;
 use super::{ElementKind, MAX_NODES, PointGeometry, QuadraturePoint, stiffness_rule};
 use crate::Result;
@@ -48,12 +53,13 @@ pub struct SolidElement {
 pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Result<Formulation, String> {
     use Formulation::{Enhanced, Reduced, Standard};
     match (kind, asked) {
-        (ElementKind::Quad4, None | Some(Enhanced)) => Ok(Enhanced),
+        (ElementKind::Quad4, None | Some(Enhanced)) | (ElementKind::Tri6, Some(Enhanced)) => Ok(Enhanced),
         (ElementKind::Quad8, None | Some(Reduced)) => Ok(Reduced),
         (ElementKind::Tri3 | ElementKind::Tri6, None) | (_, Some(Standard)) => Ok(Standard),
-        (_, Some(Enhanced)) => {
-            Err(format!("{} elements have no enhanced formulation: only quad4 has one", kind.name()))
-        }
+        (_, Some(Enhanced)) => Err(format!(
+            "{} elements have no enhanced formulation: only quad4 and tri6 have one",
+            kind.name()
+        )),
         (_, Some(Reduced)) => {
             Err(format!("{} elements have no reduced formulation: only quad8 has one", kind.name()))
         }
@@ -70,8 +76,8 @@ struct Full {
     f: [f64; MAX_DOFS],
 }
 
-/// Gradient of each displacement mode at a quadrature point, 1/m: shape functions, then incompatible modes.
-type Gradients = [[f64; 3]; MAX_NODES];
+/// Gradient of each displacement mode at a quadrature point, 1/m: shape functions, then internal modes.
+pub(super) type Gradients = [[f64; 3]; MAX_NODES];
 
 impl Full {
     fn zero() -> Full {
@@ -115,16 +121,26 @@ impl SolidElement {
     ) -> Result<()> {
         let mut full = Full::zero();
         let center = self.center(x)?;
+        let dilatation = match self.projects() {
+            true => {
+                let mut geometry = Vec::new();
+                self.geometry(x, &mut geometry)?;
+                self.dilatation(&center, &geometry)
+            }
+            false => None,
+        };
         for (index, point) in self.points().iter().enumerate() {
             let geometry = PointGeometry::new(self.kind, x, point)?;
             let law = law(index, &geometry.n[..self.kind.n_nodes()]);
-            self.add_point(
-                &mut full,
-                0,
-                &self.gradients(&center, &geometry, point),
-                &law,
-                geometry.area * thickness,
-            );
+            let gradients = self.gradients(&center, &geometry, point);
+            let volume = geometry.area * thickness;
+            match &dilatation {
+                None => self.add_point(&mut full, 0, &gradients, &law, volume),
+                Some(linear) => {
+                    let change = linear.change(point, &gradients);
+                    self.add_projected_point(&mut full, 0, &gradients, &change, &law, volume);
+                }
+            }
         }
         self.eliminate_internal(&mut full, 0);
         let n = 2 * self.kind.n_nodes();
@@ -160,9 +176,11 @@ impl SolidElement {
     ) -> Result<()> {
         let center = self.center(x)?;
         let amplitudes = self.amplitudes(&center, geometry, u, law);
+        let dilatation = self.dilatation(&center, geometry);
         strains.clear();
         for (point, geometry) in self.points().iter().zip(geometry) {
-            strains.push(self.strain(&self.gradients(&center, geometry, point), &amplitudes));
+            let gradients = self.gradients(&center, geometry, point);
+            strains.push(self.strain(point, &gradients, dilatation.as_ref(), &amplitudes));
         }
         Ok(())
     }
@@ -182,10 +200,12 @@ impl SolidElement {
             self.geometry(x, &mut geometry)?;
         }
         let amplitudes = self.amplitudes(&center, &geometry, u, law);
+        let dilatation = self.dilatation(&center, &geometry);
         strains.clear();
         for point in points {
             let geometry = PointGeometry::new(self.kind, x, point)?;
-            strains.push(self.strain(&self.gradients(&center, &geometry, point), &amplitudes));
+            let gradients = self.gradients(&center, &geometry, point);
+            strains.push(self.strain(point, &gradients, dilatation.as_ref(), &amplitudes));
         }
         Ok(())
     }
@@ -200,13 +220,22 @@ impl SolidElement {
         f: &mut [f64],
     ) {
         f.fill(0.);
-        for (geometry, stress) in geometry.iter().zip(stress) {
+        let nodal = |_: usize, geometry: &PointGeometry| geometry.gradient;
+        let dilatation = self.projects().then(|| Dilatation::new(self.points(), geometry, nodal));
+        for ((point, geometry), stress) in self.points().iter().zip(geometry).zip(stress) {
             let volume = geometry.area * thickness;
             let stress = stress.map(|s| s * volume);
             for (node, g) in f.chunks_exact_mut(2).zip(&geometry.gradient) {
                 let force = force_of(g, &stress);
                 node[0] += force[0];
                 node[1] += force[1];
+            }
+            if let Some(linear) = &dilatation {
+                let change = linear.change(point, &geometry.gradient);
+                for (node, d) in f.chunks_exact_mut(2).zip(change) {
+                    node[0] += d[0] * (stress[0] + stress[1]);
+                    node[1] += d[1] * (stress[0] + stress[1]);
+                }
             }
         }
     }
@@ -225,10 +254,18 @@ impl SolidElement {
         amplitudes[..2 * n].copy_from_slice(u);
         if self.n_modes() > n {
             let mut full = Full::zero();
+            let dilatation = self.dilatation(center, geometry);
             for (index, (point, geometry)) in self.points().iter().zip(geometry).enumerate() {
                 let law = law(index, &geometry.n[..n]);
+                let gradients = self.gradients(center, geometry, point);
                 // The thickness cancels.
-                self.add_point(&mut full, n, &self.gradients(center, geometry, point), &law, geometry.area);
+                match &dilatation {
+                    None => self.add_point(&mut full, n, &gradients, &law, geometry.area),
+                    Some(linear) => {
+                        let change = linear.change(point, &gradients);
+                        self.add_projected_point(&mut full, n, &gradients, &change, &law, geometry.area);
+                    }
+                }
             }
             self.eliminate_internal(&mut full, 2 * n);
             self.recover_internal(&full, &mut amplitudes);
@@ -236,9 +273,22 @@ impl SolidElement {
         amplitudes
     }
 
-    /// B u.
-    fn strain(&self, gradients: &Gradients, amplitudes: &[f64; MAX_DOFS]) -> [f64; 3] {
+    /// B u at a point, where the modes have these gradients.
+    fn strain(
+        &self,
+        point: &QuadraturePoint,
+        gradients: &Gradients,
+        dilatation: Option<&Dilatation>,
+        amplitudes: &[f64; MAX_DOFS],
+    ) -> [f64; 3] {
         let mut strain = [0.; 3];
+        if let Some(linear) = dilatation {
+            for (d, u) in linear.change(point, gradients).iter().zip(amplitudes.chunks_exact(2)) {
+                let part = d[0] * u[0] + d[1] * u[1];
+                strain[0] += part;
+                strain[1] += part;
+            }
+        }
         for (g, u) in gradients[..self.n_modes()].iter().zip(amplitudes.chunks_exact(2)) {
             let part = strain_of(g, [u[0], u[1]]);
             strain = std::array::from_fn(|i| strain[i] + part[i]);
@@ -271,6 +321,49 @@ impl SolidElement {
         }
     }
 
+    /// [`Self::add_point`] with B that `change` has given a linear dilatation.
+    fn add_projected_point(
+        &self,
+        full: &mut Full,
+        first: usize,
+        gradients: &Gradients,
+        change: &[[f64; 2]; MAX_NODES],
+        law: &PointLaw,
+        volume: f64,
+    ) {
+        let modes = self.n_modes();
+        let b = |a: usize| -> [[f64; 3]; 2] {
+            let (g, d) = (&gradients[a], &change[a]);
+            [[g[0] + d[0], d[0], g[1]], [d[1], g[1] + d[1], g[0]]]
+        };
+        let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+        let h = law.h.map(|row| row.map(|h| h * volume));
+        let initial_stress = times(&h, &law.initial_strain);
+        for a in first..modes {
+            for (i, b_a) in b(a).iter().enumerate() {
+                full.f[2 * a + i] += dot(b_a, &initial_stress);
+                let stress = times(&h, b_a);
+                for (c, k) in full.k[2 * a + i].chunks_exact_mut(2).take(a + 1).enumerate() {
+                    let b_c = b(c);
+                    k[0] += dot(&b_c[0], &stress);
+                    k[1] += dot(&b_c[1], &stress);
+                }
+            }
+        }
+    }
+
+    /// True if the dilatation is projected onto the linear functions.
+    fn projects(&self) -> bool {
+        self.kind == ElementKind::Tri6 && self.formulation == Formulation::Enhanced
+    }
+
+    /// The dilatation of the modes, where it is projected.
+    fn dilatation(&self, center: &Jacobian, geometry: &[PointGeometry]) -> Option<Dilatation> {
+        let points = self.points();
+        let gradients = |p: usize, geometry: &PointGeometry| self.gradients(center, geometry, &points[p]);
+        self.projects().then(|| Dilatation::new(points, geometry, gradients))
+    }
+
     /// Gaussian elimination of the internal amplitudes from the rows `first` on, the last one first. What is left in
     /// the leading block is the condensed element; the internal rows keep what [`Self::recover_internal`] needs.
     fn eliminate_internal(&self, full: &mut Full, first: usize) {
@@ -295,11 +388,12 @@ impl SolidElement {
         }
     }
 
-    /// Number of displacement modes: nodes, and the incompatible modes of the enhanced quad4.
+    /// Number of displacement modes: nodes, and the internal modes of the enhanced quad4 (two) and tri6 (one).
     fn n_modes(&self) -> usize {
-        match self.formulation {
-            Formulation::Standard | Formulation::Reduced => self.kind.n_nodes(),
-            Formulation::Enhanced => self.kind.n_nodes() + 2,
+        match (self.formulation, self.kind) {
+            (Formulation::Standard | Formulation::Reduced, _) => self.kind.n_nodes(),
+            (Formulation::Enhanced, ElementKind::Tri6) => self.kind.n_nodes() + 1,
+            (Formulation::Enhanced, _) => self.kind.n_nodes() + 2,
         }
     }
 
@@ -311,6 +405,12 @@ impl SolidElement {
     #[inline]
     fn gradients(&self, center: &Jacobian, geometry: &PointGeometry, point: &QuadraturePoint) -> Gradients {
         let mut gradients = geometry.gradient;
+        if self.projects() {
+            let [s, t, _] = point.xi;
+            let bubble = [27. * t * (1. - 2. * s - t), 27. * s * (1. - s - 2. * t), 0.];
+            gradients[self.kind.n_nodes()] = center.gradient(&bubble.map(|d| d * center.det / geometry.det));
+            return gradients;
+        }
         for (m, g) in gradients[self.kind.n_nodes()..self.n_modes()].iter_mut().enumerate() {
             let mut reference = [0.; 3];
             reference[m] = point.xi[m] * center.det / geometry.det;
@@ -346,8 +446,8 @@ mod tests {
         for kind in ElementKind::ALL {
             assert_eq!(resolve(kind, Some(Standard)), Ok(Standard));
         }
-        assert!(resolve(ElementKind::Tri6, Some(Enhanced)).unwrap_err().contains("tri6"));
-        assert!(resolve(ElementKind::Quad8, Some(Enhanced)).unwrap_err().contains("only quad4"));
+        assert!(resolve(ElementKind::Tri3, Some(Enhanced)).unwrap_err().contains("tri3"));
+        assert!(resolve(ElementKind::Quad8, Some(Enhanced)).unwrap_err().contains("only quad4 and tri6"));
         assert!(resolve(ElementKind::Quad4, Some(Reduced)).unwrap_err().contains("only quad8"));
     }
 }

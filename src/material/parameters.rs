@@ -71,4 +71,14 @@ impl Property {
     pub fn is_table(&self) -> bool {
         matches!(self, Property::Table(_))
     }
+
+    /// Largest value at any temperature.
+    pub fn largest(&self) -> f64 {
+        match self {
+            Property::Constant(value) => *value,
+            Property::Table(rows) => {
+                rows.iter().fold(f64::NEG_INFINITY, |a, &(_, v)| if v > a { v } else { a })
+            }
+        }
+    }
 }

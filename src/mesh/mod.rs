@@ -18,6 +18,7 @@ pub use locate::{Locator, nearest_node};
 pub use part::{MeshPart, Numbering};
 pub use partition::{give_to_first, partition};
 pub use refine::{Curve, HangingSide, Slave, refine, refine_all};
+pub(crate) use refine::{Side, Smooth, smooth};
 
 use crate::element::ElementKind;
 use std::collections::BTreeMap;
@@ -35,6 +36,8 @@ pub struct Mesh {
     pub surfaces: BTreeMap<String, Vec<Facet>>,
     /// Curves that boundary sides stand for, by their end nodes, smaller number first; refinement follows them.
     pub curves: BTreeMap<(u32, u32), Curve>,
+    /// How far, m, the outline may lie from what boundary sides stand for: their nodes do not tell curve from corner.
+    pub unclear: BTreeMap<(u32, u32), f64>,
     /// Sides between a coarse cell and two finer ones.
     pub hanging: Vec<HangingSide>,
 }
@@ -132,6 +135,8 @@ impl Mesh {
         }
         let curves = other.curves.iter().map(|(&(a, b), &curve)| ((a + n_nodes, b + n_nodes), curve));
         self.curves.extend(curves);
+        let unclear = other.unclear.iter().map(|(&(a, b), &doubt)| ((a + n_nodes, b + n_nodes), doubt));
+        self.unclear.extend(unclear);
         self.hanging.extend(other.hanging.iter().map(|side| side.moved(n_nodes, n_cells)));
     }
 }

@@ -14,7 +14,7 @@ pub(super) fn agree<T>(comm: &SimpleCommunicator, local: Result<T>) -> Result<T>
     if first == comm.size() {
         return local;
     }
-    let (code, text) = local.err().map_or((0, String::new()), |e| (e.exit_code(), e.to_string()));
+    let (code, text) = local.err().map_or((0, String::new()), |e| (e.kind(), e.to_string()));
     let mut header = [code as u64, text.len() as u64];
     let root = comm.process_at_rank(first);
     root.broadcast_into(&mut header[..]);
@@ -22,11 +22,7 @@ pub(super) fn agree<T>(comm: &SimpleCommunicator, local: Result<T>) -> Result<T>
     bytes.resize(header[1] as usize, 0);
     root.broadcast_into(&mut bytes[..]);
     let text = String::from_utf8_lossy(&bytes).into_owned();
-    Err(match header[0] {
-        2 => Error::Input(text),
-        4 => Error::Unrestrained(text),
-        _ => Error::Internal(text),
-    })
+    Err(Error::of_kind(header[0] as i32, text))
 }
 
 /// Collective. Runs `work` on rank 0 only; all ranks learn whether it succeeded.

@@ -4,10 +4,12 @@
 mod child;
 mod deal;
 mod exchange;
+mod memory;
 
 pub use child::{bind_to_parent, end_with_parent};
 pub use deal::{Share, deal};
 pub use exchange::{Exchange, Partner, Traffic};
+pub use memory::{busy_with, can_have, demand};
 
 use crate::error::{Error, Result};
 use mpi::{
@@ -84,7 +86,7 @@ pub fn agree<T>(comm: &SimpleCommunicator, result: Result<T>) -> Result<T> {
     if first == size {
         return result;
     }
-    let mut code = result.as_ref().err().map_or(0, Error::exit_code);
+    let mut code = result.as_ref().err().map_or(0, Error::kind);
     let mut text = result.err().map_or_else(Vec::new, |e| e.to_string().into_bytes());
     let root = comm.process_at_rank(first);
     let mut length = text.len() as u64;
@@ -93,12 +95,7 @@ pub fn agree<T>(comm: &SimpleCommunicator, result: Result<T>) -> Result<T> {
     text.resize(length as usize, 0);
     root.broadcast_into(&mut text[..]);
     let text = String::from_utf8_lossy(&text).into_owned();
-    Err(match code {
-        2 => Error::Input(text),
-        3 => Error::NotFinite(text),
-        4 => Error::Unrestrained(text),
-        _ => Error::Internal(text),
-    })
+    Err(Error::of_kind(code, text))
 }
 
 /// Sum over all ranks, entry by entry. Collective.

@@ -188,6 +188,12 @@ impl Symmetric {
         Ok(y)
     }
 
+    /// A + diag(d).
+    pub fn add_diagonal(mut self, d: &[f64]) -> Symmetric {
+        self.a.iter_mut().step_by(self.n + 1).zip(d).for_each(|(a, d)| *a += d);
+        self
+    }
+
     /// A + factor G G', the columns of G given one by one.
     pub fn add_outer(mut self, factor: f64, columns: &[Vec<f64>]) -> Result<Symmetric> {
         let g = columns.concat();

@@ -2,12 +2,11 @@
 use super::{
     error::check,
     handle::{int, make},
-    session::default_option,
     sys,
 };
-use crate::error::{Error, Result};
+use crate::error::Result;
 use mpi::traits::{AsRaw, Communicator};
-use std::{ffi::CString, ptr};
+use std::ptr;
 
 /// A block size that PETSc, hypre and GAMG use to see the displacement components of a node.
 pub type Coordinates<'a> = &'a [[f64; 3]];
@@ -20,13 +19,8 @@ handle!(
     /// A distributed sparse matrix (AIJ).
     Matrix, Mat, MatDestroy
 );
-handle!(
-    /// A linear solver with its options prefix.
-    Ksp, KSP, KSPDestroy
-);
 handle!(Index, IS, ISDestroy);
 handle!(Scatter, VecScatter, VecScatterDestroy);
-handle!(Dense, Mat, MatDestroy);
 handle!(NullSpace, MatNullSpace, MatNullSpaceDestroy);
 handle!(Container, PetscContainer, PetscContainerDestroy);
 
@@ -105,6 +99,23 @@ impl Vector {
             check(sys::VecAssemblyBegin(self.0))?;
             check(sys::VecAssemblyEnd(self.0))
         }
+    }
+
+    /// A vector of the same layout.
+    pub(super) fn duplicate(&self) -> Result<Self> {
+        // SAFETY: valid handle.
+        Ok(Vector(make(|v| unsafe { sys::VecDuplicate(self.0, v) })?))
+    }
+
+    pub(super) fn copy_from(&self, other: &Vector) -> Result<()> {
+        // SAFETY: valid handles of one layout.
+        check(unsafe { sys::VecCopy(other.0, self.0) })
+    }
+
+    /// Adds a vector of the same layout.
+    pub(super) fn add_vector(&self, other: &Vector) -> Result<()> {
+        // SAFETY: valid handles of one layout.
+        check(unsafe { sys::VecAXPY(self.0, 1.0, other.0) })
     }
 
     /// Euclidean norm over all ranks.
@@ -194,6 +205,14 @@ impl Matrix {
         }
     }
 
+    /// Number of rows on all ranks. Not collective.
+    pub fn n_rows(&self) -> usize {
+        let mut n = 0;
+        // SAFETY: valid handle.
+        unsafe { sys::MatGetSize(self.0, &mut n, ptr::null_mut()) };
+        n as usize
+    }
+
     /// Largest diagonal entry over all ranks.
     pub fn largest_diagonal(&self) -> Result<f64> {
         let mut largest = 0.0;
@@ -210,97 +229,6 @@ impl Matrix {
     pub fn times(&self, x: &Vector, y: &Vector) -> Result<()> {
         // SAFETY: valid handles of matching layout.
         check(unsafe { sys::MatMult(self.0, x.0, y.0) })
-    }
-}
-
-/// MUMPS' choice of an ordering, and approximate minimum degree.
-const ORDERING: &str = "mat_mumps_icntl_7";
-const MINIMUM_DEGREE: &str = "0";
-
-impl Ksp {
-    /// A solver for `a`. Without options: one sparse Cholesky factorisation by MUMPS and nothing else; options with
-    /// the `prefix` change that. An unconverged solve is an error.
-    pub fn new<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
-        comm: &C,
-        a: &Matrix,
-        prefix: &str,
-    ) -> Result<Self> {
-        // On one rank, for plane problems of up to a million unknowns, a nested dissection takes longer than it saves. An
-        // option, since PETSc 3.18 loses what MatMumpsSetIcntl says before the analysis.
-        if comm.size() == 1 {
-            default_option(prefix, ORDERING, MINIMUM_DEGREE)?;
-        }
-        let prefix = CString::new(prefix).map_err(Error::internal)?;
-        // SAFETY: valid handles; PETSc copies the strings.
-        unsafe {
-            let ksp = Ksp(make(|k| sys::KSPCreate(comm.as_raw(), k))?);
-            check(sys::KSPSetOperators(ksp.0, a.0, a.0))?;
-            check(sys::KSPSetOptionsPrefix(ksp.0, prefix.as_ptr()))?;
-            check(sys::KSPSetType(ksp.0, sys::KSPPREONLY.as_ptr()))?;
-            let mut pc = ptr::null_mut();
-            check(sys::KSPGetPC(ksp.0, &mut pc))?;
-            check(sys::PCSetType(pc, sys::PCCHOLESKY.as_ptr()))?;
-            check(sys::PCFactorSetMatSolverType(pc, sys::MATSOLVERMUMPS.as_ptr()))?;
-            check(sys::KSPSetTolerances(ksp.0, 1e-12, 0.0, sys::PETSC_DEFAULT as f64, 10_000))?;
-            check(sys::KSPSetErrorIfNotConverged(ksp.0, sys::PetscBool::PETSC_TRUE))?;
-            check(sys::KSPSetFromOptions(ksp.0))?;
-            Ok(ksp)
-        }
-    }
-
-    /// Sets up the preconditioner: with the default options, factorises.
-    pub fn set_up(&self) -> Result<()> {
-        // SAFETY: valid handle.
-        check(unsafe { sys::KSPSetUp(self.0) })
-    }
-
-    /// Solves A x = b.
-    pub fn solve(&self, b: &Vector, x: &Vector) -> Result<()> {
-        // SAFETY: valid handles of matching layout.
-        check(unsafe { sys::KSPSolve(self.0, b.0, x.0) })
-    }
-
-    /// Solves for several right-hand sides at once. `columns` holds this rank's `n_owned` rows of each of the `n`
-    /// columns, column-major, and receives the solutions.
-    pub fn solve_many<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
-        &self,
-        comm: &C,
-        n_owned: usize,
-        n: usize,
-        columns: &mut [f64],
-    ) -> Result<()> {
-        assert_eq!(columns.len(), n_owned * n);
-        let dense = || -> Result<Dense> {
-            // SAFETY: PETSc allocates the storage.
-            Ok(Dense(make(|m| unsafe {
-                sys::MatCreateDense(
-                    comm.as_raw(),
-                    n_owned as i32,
-                    sys::PETSC_DECIDE,
-                    sys::PETSC_DETERMINE,
-                    n as i32,
-                    ptr::null_mut(),
-                    m,
-                )
-            })?))
-        };
-        let (b, x) = (dense()?, dense()?);
-        // SAFETY: a dense matrix stores n_owned x n values per rank, column-major, with leading dimension n_owned.
-        unsafe {
-            let mut p = ptr::null_mut();
-            check(sys::MatDenseGetArray(b.0, &mut p))?;
-            std::slice::from_raw_parts_mut(p, columns.len()).copy_from_slice(columns);
-            check(sys::MatDenseRestoreArray(b.0, &mut p))?;
-            for m in [&b, &x] {
-                check(sys::MatAssemblyBegin(m.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
-                check(sys::MatAssemblyEnd(m.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
-            }
-            check(sys::KSPMatSolve(self.0, b.0, x.0))?;
-            let mut p = ptr::null();
-            check(sys::MatDenseGetArrayRead(x.0, &mut p))?;
-            columns.copy_from_slice(std::slice::from_raw_parts(p, columns.len()));
-            check(sys::MatDenseRestoreArrayRead(x.0, &mut p))
-        }
     }
 }
 

@@ -6,14 +6,18 @@
 mod handle;
 mod dense;
 mod error;
+mod ksp;
 mod linear;
 mod schur;
 mod session;
+mod stage;
 
 pub use dense::{Cholesky, Symmetric};
-pub use linear::{Coordinates, Gather, Ksp, Matrix, Vector};
+pub use ksp::{Ksp, ROUND_OFF, smooth_stretched};
+pub use linear::{Coordinates, Gather, Matrix, Vector};
 pub use schur::SchurFactor;
-pub use session::{Session, abort, has_option, option_prefixes_left, set_options};
+pub use session::{Session, abort, end_all, has_option, option_prefixes_left, set_options, touch_blas};
+pub use stage::Stage;
 
 #[allow(non_upper_case_globals, non_camel_case_types, non_snake_case, missing_docs, unused)]
 #[allow(unsafe_op_in_unsafe_fn, rustdoc::all, clippy::all)]

@@ -101,6 +101,7 @@ impl SchurFactor {
         let mut s = vec![0.0; interface.len() * interface.len()];
         (id.size_schur, id.listvar_schur, id.schur) = (int(size)?, chosen.as_mut_ptr(), s.as_mut_ptr());
         instance.call(Job::Analyse, "analysis")?;
+        parallel::demand(group, instance.need(), "its factorisation")?;
         let mut tried = 0;
         loop {
             match instance.call(Job::Factorise, "factorisation") {
@@ -188,7 +189,20 @@ impl Instance {
         if error >= 0 {
             return Ok(());
         }
-        Err(Error::internal(format!("MUMPS {phase}: INFOG(1) = {error}, INFOG(2) = {more}")))
+        let text = format!("MUMPS {phase}: INFOG(1) = {error}, INFOG(2) = {more}");
+        if matches!(error, -7 | -13 | -19 | -22) {
+            return Err(Error::Memory(format!(
+                "there is not enough memory for its factorisation, which needs {:.0} MB on the rank that needs most ({text})",
+                self.need() / 1e6
+            )));
+        }
+        Err(Error::internal(text))
+    }
+
+    /// Memory of the factorisation on the rank that needs most, as the analysis foresees it, bytes: INFOG(16), in
+    /// millions.
+    fn need(&self) -> f64 {
+        f64::from(self.id.infog[15]) * 1e6
     }
 
     /// True after a factorisation that a larger ICNTL(14) may help.

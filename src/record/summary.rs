@@ -150,6 +150,8 @@ pub struct StepSummary {
     pub alternations: u64,
     /// Updates of the active set.
     pub updates: u64,
+    /// Tolerance of its stop test.
+    pub tolerance: f64,
     /// The contact pairs, in file order.
     pub pairs: Vec<PairSummary>,
     /// The probes, in file order.
@@ -162,6 +164,7 @@ impl StepSummary {
     /// A step and what was found at its end.
     pub fn new(
         step: &LoadStep,
+        tolerance: f64,
         pairs: Vec<PairSummary>,
         probes: Vec<ProbeSummary>,
         error_estimate: ErrorEstimate,
@@ -177,6 +180,7 @@ impl StepSummary {
             converged,
             alternations,
             updates,
+            tolerance,
             pairs,
             probes,
             error_estimate,
@@ -508,10 +512,9 @@ mod tests {
             updates: 2,
         };
         summary.steps =
-            Some(vec![StepSummary::new(&step, summary.pairs.clone(), vec![], summary.error_estimate)]);
+            Some(vec![StepSummary::new(&step, 1e-8, summary.pairs.clone(), vec![], summary.error_estimate)]);
         let json: Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
-        let step =
-            "alternations converged error_estimate loads pairs probes reason supports temperature updates";
+        let step = "alternations converged error_estimate loads pairs probes reason supports temperature tolerance updates";
         assert_eq!(keys(&json["steps"][0]).join(" "), step);
         assert_eq!(json["steps"][0]["converged"], false);
     }

@@ -1,7 +1,7 @@
 //! The scene, before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
 use crate::vector::larger;
 use crate::{
-    body::find_facets,
+    body::{Elements, find_facets},
     case::{BodyCase, BodyRef, Case, Driver, Geometry, Origin, RigidShape},
     contact::Surface,
     error::{Error, Result},
@@ -9,7 +9,7 @@ use crate::{
     parallel::{self, Exchange, Groups, Partner, Traffic, agree},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::rc::Rc;
+use std::{collections::HashSet, rc::Rc};
 
 /// What `kontakt check` reports, and what a run starts from: meshes checked, ranks dealt, bodies restrained.
 pub struct Plan {
@@ -50,11 +50,12 @@ pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
 /// A body's mesh with its cuts.
 pub(crate) fn cut_mesh(body: &BodyCase) -> Result<Mesh> {
     let mut mesh = build_mesh(&body.geometry)?;
-    if body.cuts.is_empty() {
-        return Ok(mesh);
-    }
+    // Contact, too, is with the smooth outline, not with the sides.
     if let Geometry::Gmsh { refine: 0, .. } = body.geometry {
         mesh.follow_smooth_outline();
+    }
+    if body.cuts.is_empty() {
+        return Ok(mesh);
     }
     for cells in &body.cuts {
         let mut marked = vec![false; mesh.cells.len()];
@@ -79,22 +80,33 @@ fn finer(mut mesh: Mesh, times: usize, origin: &Origin) -> Result<Mesh> {
     mesh::refine_all(mesh, times)
 }
 
+/// Unknowns of all bodies with their cuts. Collective.
+pub(crate) fn count_dofs(case: &Case, world: &SimpleCommunicator) -> Result<usize> {
+    Ok(sized_meshes(case, world)?.0.iter().sum())
+}
+
+/// Unknowns of each body, and the meshes that this rank has made to know them: body b is meshed first by rank b mod P.
+/// Collective.
+fn sized_meshes(case: &Case, world: &SimpleCommunicator) -> Result<(Vec<usize>, Vec<Option<Mesh>>)> {
+    let (rank, size) = (world.rank() as usize, world.size() as usize);
+    let mut counts = vec![0.0; case.bodies.len()];
+    let mut known: Vec<Option<Mesh>> = vec![None; case.bodies.len()];
+    let sized = (rank..case.bodies.len()).step_by(size).try_for_each(|b| {
+        let mesh = cut_mesh(&case.bodies[b])?;
+        Elements::new(&mesh, &case.bodies[b], case.analysis)?;
+        counts[b] = (mesh.points.len() * mesh.dim) as f64;
+        known[b] = Some(mesh);
+        Ok(())
+    });
+    agree(world, sized)?;
+    Ok((parallel::sum(world, &counts).into_iter().map(|n| n as usize).collect(), known))
+}
+
 impl Plan {
     /// Meshes the bodies, deals the ranks, finds the contact surfaces, and refuses what cannot be solved. Collective.
     pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<Plan> {
         let start = std::time::Instant::now();
-        let (rank, size) = (world.rank() as usize, world.size() as usize);
-        // Body b is meshed first by rank b mod P, only to know its size.
-        let mut counts = vec![0.0; case.bodies.len()];
-        let mut known: Vec<Option<Mesh>> = vec![None; case.bodies.len()];
-        let sized = (rank..case.bodies.len()).step_by(size).try_for_each(|b| {
-            let mesh = cut_mesh(&case.bodies[b])?;
-            counts[b] = (mesh.points.len() * mesh.dim) as f64;
-            known[b] = Some(mesh);
-            Ok(())
-        });
-        agree(world, sized)?;
-        let dofs: Vec<usize> = parallel::sum(world, &counts).into_iter().map(|n| n as usize).collect();
+        let (dofs, mut known) = sized_meshes(case, world)?;
         let groups = Groups::new(world, &dofs);
         let meshes = groups.bodies().iter().map(|&b| match known[b].take() {
             Some(mesh) => Ok(mesh),
@@ -114,6 +126,7 @@ impl Plan {
         };
         let found = plan.find_surfaces(case);
         agree(world, found)?;
+        plan.refuse_duplicates(case)?;
         if let Driver::Relaxed(_) = case.alternation.driver {
             let restrained = plan.refuse_free_bodies(case);
             agree(world, restrained)?;
@@ -133,6 +146,47 @@ impl Plan {
                     find_facets(&self.meshes[i], body, &name.surface, name.within.as_ref(), &contact.origin)?;
                 self.surfaces.push(Surface::new(&self.meshes[i], &facets, case.analysis.thickness()));
                 self.ends.push((p, side, index));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses two pairs of the same bodies that share facets on both sides: where these meet, each pair would carry the
+    /// pressure. Collective.
+    fn refuse_duplicates(&self, case: &Case) -> Result<()> {
+        let n = case.contacts.len();
+        let bodies = |p: usize| case.contacts[p].surfaces.each_ref().map(|s| s.body);
+        // Pairs q < p, and the side of q that belongs to side 0 of p.
+        let alike: Vec<(usize, usize, usize)> = (0..n)
+            .flat_map(|p| (0..p).map(move |q| (q, p)))
+            .filter_map(|(q, p)| {
+                let ([a, b], other) = (bodies(p), bodies(q));
+                let first = if other == [a, b] { 0 } else { 1 };
+                (other == [a, b] || other == [b, a]).then_some((q, p, first))
+            })
+            .collect();
+        let end = |pair: usize, side: usize| self.ends.iter().position(|e| (e.0, e.1) == (pair, side));
+        let facets = |end: usize| -> HashSet<[u32; 2]> {
+            let surface = &self.surfaces[end];
+            surface.facets.iter().map(|f| [f[0], f[1]].map(|n| surface.nodes[n as usize])).collect()
+        };
+        let shared = alike.iter().flat_map(|&(q, p, first)| {
+            [0, 1].map(|side| match (end(p, side), end(q, side ^ first)) {
+                (Some(i), Some(j)) => f64::from(u8::from(!facets(i).is_disjoint(&facets(j)))),
+                // Another group's, or rigid: a rigid surface is one.
+                _ => f64::from(u8::from(case.contacts[p].surfaces[side].body.deformable().is_none())),
+            })
+        });
+        let shared: Vec<f64> = shared.collect();
+        let shared = parallel::max(&self.groups.world, &shared);
+        for (&(q, p, _), sides) in std::iter::zip(&alike, shared.chunks_exact(2)) {
+            if sides.iter().all(|s| *s > 0.5) {
+                let [first, second] = [&case.contacts[q], &case.contacts[p]];
+                return Err(second.origin.error(format!(
+                    "contact '{}' pairs surfaces that contact '{}' ({}) pairs already: write each part of a surface into one \
+                     pair only, or part them by 'within'",
+                    second.name, first.name, first.origin
+                )));
             }
         }
         Ok(())

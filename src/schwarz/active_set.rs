@@ -7,9 +7,11 @@
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
 use super::{
     Coarse, Coupling, MeshError, Outcome, PairRows, Reason, Respond, Share,
+    dual::Dual,
     projected_cg::Inner,
     record::{Recorder, State},
     scales::{ROUND_OFF, THRESHOLD},
+    tolerance::Look,
 };
 use crate::vector::{larger, smaller};
 use crate::{error::Result, record::HistoryRow};
@@ -72,7 +74,11 @@ pub struct ActiveSet<'c, 'a, B> {
     pub flipped: Vec<usize>,
     /// The residual that round-off leaves, if that is more than the tolerance.
     pub round_off: Option<f64>,
+    /// F, where it is at hand as a matrix.
+    pub(super) dual: Option<Dual>,
     pub(super) g_free: Vec<f64>,
+    /// The look at the mesh error that the next one has to confirm.
+    pub(super) look: Option<Look>,
     pub(super) recorder: Recorder,
     pub(super) threshold: f64,
     /// The residual at which the last linear solve ended, relative.
@@ -99,7 +105,9 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             std::iter::zip(&initial, free).map(|(&g, w)| if closes(g, w) { 0.0 } else { g - w }).collect();
         let n = coupling.n;
         let recorder = Recorder::new(n_pairs, step);
+        let dual = Dual::new(coupling, coarse, rows, n_pairs);
         ActiveSet {
+            dual,
             share: vec![1.0; coupling.ends.len()],
             coupling,
             rows,
@@ -114,6 +122,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             flipped: Vec::new(),
             round_off: None,
             g_free,
+            look: None,
             recorder,
             threshold: THRESHOLD,
             residual: 0.0,
@@ -149,10 +158,10 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                 warm.resize(self.coupling.n, 0.0);
                 warm
             }
+            _ if self.dual.is_some() => start.clone(),
             _ => self.one_sided_guess(&start)?,
         };
-        self.active = self.compressed(&guess);
-        let guess = self.improved_guess(guess, &mut progress)?;
+        let guess = self.first_guess(guess, &mut progress)?;
         let reason = self.iterate(guess, &start, &mut progress)?;
         Ok(Ok(self.outcome(reason)))
     }
@@ -336,7 +345,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     }
 
     pub(super) fn record(&mut self, flips: usize, progress: &mut impl FnMut(&HistoryRow)) {
-        let (scale, _) = self.scales();
+        let scale = self.scales().all;
         let gaps: Vec<f64> = (0..self.coupling.n).map(|j| self.gap_at(j)).collect();
         let pushed = self.coarse.restrict(self.coupling.exchange, |j| self.force[j]);
         let size = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();

@@ -36,6 +36,13 @@ pub struct Coarse {
     scaling: Vec<f64>,
     /// Number of contact rows; springs follow.
     n_rows: usize,
+    held: Option<Held>,
+}
+
+/// What is taken out of the problem: the part of the work and of the rows' displacements that belongs to held motions.
+struct Held {
+    work: Vec<f64>,
+    rows: Vec<[Vec<(usize, f64)>; 2]>,
 }
 
 /// The coarse problem on an active set.
@@ -98,7 +105,36 @@ impl Coarse {
             springs.push((mode, spring.lever));
         }
         let stiffness = if n > 0 { coupling.exchange.sum(&stiffness) } else { stiffness };
-        Coarse { n, work, stiffness, springs, rows, scaling, n_rows: coupling.n_rows }
+        Coarse { n, work, stiffness, springs, rows, scaling, n_rows: coupling.n_rows, held: None }
+    }
+
+    /// Holds motions: neither do loads or contact forces work on them any more, nor has any solution a part of them.
+    /// `onto`: the orthogonal projector onto them; each belongs to one body.
+    pub fn hold(&mut self, onto: &DMatrix<f64>) {
+        let work = (onto * DVector::from_column_slice(&self.work)).as_slice().to_vec();
+        std::iter::zip(&mut self.work, &work).for_each(|(w, held)| *w -= held);
+        let part = |row: &Vec<(usize, f64)>| -> Vec<(usize, f64)> {
+            row.iter().map(|&(k, _)| (k, row.iter().map(|&(l, z)| onto[(k, l)] * z).sum())).collect()
+        };
+        let rows: Vec<[Vec<(usize, f64)>; 2]> =
+            self.rows.iter().map(|sides| [part(&sides[0]), part(&sides[1])]).collect();
+        let entries =
+            |rows: &[Vec<(usize, f64)>; 2]| rows.iter().flatten().map(|e| e.1).collect::<Vec<f64>>();
+        for (row, held) in std::iter::zip(&mut self.rows, &rows) {
+            std::iter::zip(row.iter_mut().flatten(), entries(held)).for_each(|((_, z), held)| *z -= held);
+        }
+        self.held = Some(Held { work, rows });
+    }
+
+    /// Work on each mode of what the loads and the contact forces leave unbalanced in the held motions, J; empty if
+    /// there are none. Collective on the roots.
+    pub fn relief(&self, exchange: &Exchange, force: &[f64]) -> Vec<f64> {
+        let Some(held) = &self.held else { return Vec::new() };
+        let mut pushed = vec![0.0; self.n];
+        for (row, force) in std::iter::zip(&held.rows, force) {
+            row.iter().flatten().for_each(|&(k, z)| pushed[k] += z * force);
+        }
+        std::iter::zip(&held.work, exchange.sum(&pushed)).map(|(work, pushed)| work - pushed).collect()
     }
 
     /// True if springs resist all modes: each body stands without contact.
@@ -109,6 +145,12 @@ impl Coarse {
     /// The springs' forces, N, in equilibrium with contact forces that do the work `pushed` on the modes.
     pub fn spring_forces(&self, pushed: &[f64]) -> Vec<f64> {
         self.springs.iter().map(|&(k, lever)| (self.work[k] - pushed[k]) / lever).collect()
+    }
+
+    /// The springs' forces, N, at the amplitudes `alpha`.
+    pub fn spring_forces_at(&self, alpha: &[f64]) -> Vec<f64> {
+        let stiffness = &self.scaling[self.n_rows..];
+        std::iter::zip(&self.springs, stiffness).map(|(&(k, lever), s)| s * lever * alpha[k]).collect()
     }
 
     /// Z' v over all ranks. Collective on the roots unless there are no modes.
@@ -346,11 +388,14 @@ impl Projector {
         (&self.inverse * DVector::from_column_slice(v)).as_slice().to_vec()
     }
 
-    /// The unrestrained motion on which the loads do work, if there is one.
-    pub fn driven(&self, work: &[f64]) -> Option<Vec<f64>> {
-        let e = DVector::from_column_slice(work);
-        let drift = self.unrestrained.iter().fold(DVector::zeros(work.len()), |d, v| d + v * v.dot(&e));
-        (drift.norm() > NO_WORK * e.norm() && drift.norm() > 0.0).then(|| drift.as_slice().to_vec())
+    /// The unrestrained motion on which the loads do work that the contact forces do not take up, if there is one.
+    /// `missing`: the works of both together on the modes; `scale`: the sums of the absolute works, against which round-off
+    /// is measured.
+    pub fn driven(&self, missing: &[f64], scale: &[f64]) -> Option<Vec<f64>> {
+        let e = DVector::from_column_slice(missing);
+        let drift = self.unrestrained.iter().fold(DVector::zeros(scale.len()), |d, v| d + v * v.dot(&e));
+        let scale = DVector::from_column_slice(scale).norm();
+        (drift.norm() > NO_WORK * scale && drift.norm() > 0.0).then(|| drift.as_slice().to_vec())
     }
 
     /// As many modes as there are unrestrained motions, independent of each other in them: one after the other the mode

@@ -28,6 +28,8 @@ pub struct End {
 pub struct PairRows {
     /// Initial gap of each row, m.
     pub gap: Vec<f64>,
+    /// Weight of each row's multiplier, m2; 1 if none are given.
+    pub area: Vec<f64>,
     /// Estimate of the local stiffness against approach of the two surfaces at a row, N/m: thickness / (1/E'_A + 1/E'_B).
     /// Sets scales and a first guess, never the solution.
     pub stiffness: f64,

@@ -6,6 +6,25 @@ use crate::{error::Result, record::HistoryRow};
 const MODEL: f64 = 1e-2;
 
 impl<B: Respond> ActiveSet<'_, '_, B> {
+    /// The first active set and forces: those of the whole problem where F is at hand, begun from `guess`; else `guess`,
+    /// corrected.
+    pub(super) fn first_guess(
+        &mut self,
+        guess: Vec<f64>,
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<Vec<f64>> {
+        if let Some(dual) = &mut self.dual {
+            let solved = dual.solve(self.coupling, self.coarse, &self.g_free, &guess, &self.alpha)?;
+            if let Some((force, _)) = solved {
+                self.active =
+                    (0..self.coupling.n).map(|j| j >= self.coupling.n_rows || force[j] != 0.0).collect();
+                return Ok(force);
+            }
+        }
+        self.active = self.compressed(&guess);
+        self.improved_guess(guess, progress)
+    }
+
     /// Each pair's softer body pressed against the other one held fast. Where the two are alike up to a factor, as
     /// bodies that only dent are, the set of active rows is that of the solution. Rows whose body has no answer keep
     /// the springs' forces.
@@ -43,8 +62,9 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let projector = self.coarse.projector(self.coupling.exchange, &self.active);
         let responses = self.evaluate(guess, &projector, progress)?;
         let r = self.residual_vector();
-        let (scale, floor) = self.scales();
-        let size = self.coupling.dot(&r, &r).sqrt();
+        let scales = self.scales();
+        let (scale, floor) = (scales.all, scales.floor);
+        let [size, _] = self.size(&r, &scales);
         let Some([mut own, mut other]) = responses else { return Ok(self.force.clone()) };
         if size > MODEL * scale || size <= (self.limits.tolerance * scale).max(floor) {
             return Ok(self.force.clone());

@@ -1,6 +1,5 @@
 //! The linear system of an active set, by projected conjugate gradients: one iteration is one alternation.
 use super::{ActiveSet, Projector, Respond};
-use crate::vector::larger;
 use crate::{error::Result, record::HistoryRow};
 
 /// Imbalance of the forces, relative to the sum of the absolute works, that is round-off.
@@ -10,9 +9,24 @@ const BALANCED: f64 = 1e-12;
 /// least that round-off can leave: the round-off of a body's answer grows with its condition.
 const PATIENCE: [(usize, f64); 2] = [(12, 1e4), (48, 1e6)];
 
+/// The same where the preconditioner is exact: one iteration leaves nothing but round-off, and a second one none of the first's.
+const EXACT_PATIENCE: [(usize, f64); 2] = [(2, 1e4), (6, 1e6)];
+
 /// Iterations that a residual below the tolerance may rest before the forces, whose error is watched, too, are as good as
 /// round-off lets them be.
 const SMALL_PATIENCE: usize = 4;
+
+/// A direction of conjugate gradients.
+struct Direction {
+    p: Vec<f64>,
+    /// F p, m.
+    q: Vec<f64>,
+    /// p'F p.
+    curvature: f64,
+}
+
+/// Work of a displacement step, relative to that of the local stiffness, that is round-off: the answer is none.
+const NO_ANSWER: f64 = 1e-12;
 
 /// How a linear solve on the active set ended.
 #[derive(PartialEq, Eq)]
@@ -44,7 +58,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Option<[Vec<f64>; 2]>> {
         std::iter::zip(&mut force, &self.active).filter(|(_, a)| !**a).for_each(|(f, _)| *f = 0.0);
-        let is_guess = self.updates == 0 && self.coarse.all_are_sprung();
+        let is_guess = self.updates == 0 && self.coarse.all_are_sprung() && self.dual.is_none();
         if !is_guess {
             self.balance(&mut force, projector);
         }
@@ -93,7 +107,9 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         }
     }
 
-    /// Projected preconditioned conjugate gradients (flexible: Polak-Ribiere) from the state as it is.
+    /// Projected preconditioned conjugate gradients from the state as it is. Every direction is made conjugate to all before
+    /// it: there are few beside the cost of a step of the bodies, and with the last one alone round-off lets the others
+    /// return, so that more iterations are taken than there are rows.
     pub(super) fn solve_from_state(
         &mut self,
         projector: &Projector,
@@ -102,18 +118,19 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
     ) -> Result<Inner> {
         self.update_alpha(projector);
         let mut r = self.residual_vector();
-        let mut direction: Option<(Vec<f64>, Vec<f64>, f64)> = None;
+        let mut directions: Vec<Direction> = Vec::new();
         let mut best = (f64::INFINITY, 0);
         let mut sizes = Vec::new();
         let early = tolerance > self.limits.tolerance;
         for iteration in 0_usize.. {
-            let (scale, floor) = self.scales();
-            let size = self.size(&r, scale);
+            let scales = self.scales();
+            let (scale, floor) = (scales.all, scales.floor);
+            let [size, joint] = self.size(&r, &scales);
             self.residual = if scale > 0.0 { size / scale } else { 0.0 };
             let mut small = size <= scale * if early { tolerance } else { self.limits.tolerance };
             if small && !early {
-                self.follow_mesh_error();
-                small = size <= self.limits.tolerance * scale;
+                let is_believed = self.follow_mesh_error(self.residual);
+                small = is_believed && size <= self.limits.tolerance * scale;
             }
             if small && early || size == 0.0 {
                 return Ok(Inner::Done);
@@ -128,19 +145,23 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             let rests = |(patience, much): (usize, f64)| {
                 waited > patience && size <= much * floor && !falls(patience / 2)
             };
-            if size <= floor || small && waited > SMALL_PATIENCE || PATIENCE.into_iter().any(rests) {
+            let patience = if self.dual.is_some() { EXACT_PATIENCE } else { PATIENCE };
+            if size <= floor || small && waited > SMALL_PATIENCE || patience.into_iter().any(rests) {
+                // What round-off hides of one pair need not be worthless to all.
+                self.residual = if scale > 0.0 { joint / scale } else { 0.0 };
                 return Ok(Inner::RoundOff);
             }
             if self.recorder.count() >= self.limits.max_alternations {
                 return Ok(Inner::Limit);
             }
-            let mut z = self.coupling.displacement_step(&r, &self.active, &self.share)?;
+            let mut z = self.precondition(&r)?;
             // Where a support holds the leading body only the other one gives way: its local stiffness has to do.
             for j in (0..z.len()).filter(|&j| self.active[j]) {
                 if z[j] == 0.0 {
                     z[j] = self.coarse.scaling(j) * r[j];
                 }
             }
+            self.resist_held(&r, &mut z);
             let pushed = self.coarse.restrict(self.coupling.exchange, |j| z[j]);
             let a = projector.solve(&pushed);
             for (j, z) in z.iter_mut().enumerate() {
@@ -154,23 +175,17 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             {
                 return Ok(Inner::Done);
             }
-            let mut p = z.clone();
-            if let Some((p_old, r_old, rz_old)) = &direction {
-                let change: Vec<f64> = std::iter::zip(&r, r_old).map(|(r, o)| r - o).collect();
-                let beta = larger(self.coupling.dot(&z, &change) / rz_old, 0.0);
-                std::iter::zip(&mut p, p_old).for_each(|(p, o)| *p += beta * o);
-            }
-            let rz = self.coupling.dot(&z, &r);
+            let p = self.conjugate(z, &directions);
             let [own, other] = self.coupling.force_step(&p)?;
             let q: Vec<f64> = std::iter::zip(own, other).map(|(a, b)| a + b).collect();
             let curvature = self.coupling.dot(&p, &q);
             let work = self.coupling.dot(&p, &r);
             if curvature.is_nan() || work.is_nan() || curvature <= 0.0 || work <= 0.0 {
                 // Round-off, or a redundant row: nothing is to be gained in this direction.
-                if direction.is_none() {
+                if directions.is_empty() {
                     return Ok(Inner::RoundOff);
                 }
-                direction = None;
+                directions.clear();
                 continue;
             }
             let step = work / curvature;
@@ -178,11 +193,46 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             std::iter::zip(&mut self.gap, &q).for_each(|(g, q)| *g += step * q);
             self.update_alpha(projector);
             self.record(0, progress);
-            let next = self.residual_vector();
-            direction = Some((p, r, rz));
-            r = next;
+            r = self.residual_vector();
+            directions.push(Direction { p, q, curvature });
         }
         unreachable!("the loop ends by a return")
+    }
+
+    /// `z` less its parts along the directions, in the scalar product of F. Collective on the roots.
+    fn conjugate(&self, z: Vec<f64>, directions: &[Direction]) -> Vec<f64> {
+        let product = |d: &Direction| std::iter::zip(&z, &d.q).map(|(z, q)| z * q).sum::<f64>();
+        let products: Vec<f64> = directions.iter().map(product).collect();
+        let products = if products.is_empty() { products } else { self.coupling.exchange.sum(&products) };
+        let mut p = z;
+        for (product, d) in std::iter::zip(products, directions) {
+            let part = product / d.curvature;
+            std::iter::zip(&mut p, &d.p).for_each(|(p, d)| *p -= part * d);
+        }
+        p
+    }
+
+    /// Forces that would take the residual `r` away: exactly, where F is at hand, else by a displacement step.
+    fn precondition(&mut self, r: &[f64]) -> Result<Vec<f64>> {
+        let answer = match &mut self.dual {
+            Some(dual) => dual.correct(self.coupling, self.coarse, r, &self.active)?,
+            None => None,
+        };
+        match answer {
+            Some(z) => Ok(z),
+            None => self.coupling.displacement_step(r, &self.active, &self.share),
+        }
+    }
+
+    /// Few rows, and motions of a body that are held: the body by itself could still make them and gives no answer, where
+    /// the problem has one. Its local stiffness has to do. Collective on the roots.
+    fn resist_held(&self, r: &[f64], z: &mut [f64]) {
+        let local: Vec<f64> =
+            (0..r.len()).map(|j| if self.active[j] { self.coarse.scaling(j) * r[j] } else { 0.0 }).collect();
+        let sizes = [self.coupling.dot(z, r), self.coupling.dot(&local, r)];
+        if sizes[0] <= NO_ANSWER * sizes[1] {
+            z.copy_from_slice(&local);
+        }
     }
 
     /// -(g - Z alpha) on the active rows, m.

@@ -31,6 +31,11 @@ impl Recorder {
         Recorder { start: Instant::now(), rows: Vec::new(), count: 0, n_pairs, step, last: Vec::new() }
     }
 
+    /// Pairs of the case.
+    pub fn n_pairs(&self) -> usize {
+        self.n_pairs
+    }
+
     /// Alternations so far.
     pub fn count(&self) -> usize {
         self.count

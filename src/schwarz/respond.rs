@@ -1,5 +1,5 @@
 //! A body as the active-set driver sees it: contact rows, and how it answers forces and displacements on them.
-use crate::error::Result;
+use crate::{error::Result, petsc::Symmetric};
 
 /// A spring that resists a free mode: a soft mode's own stiffness, stiffness x lever^2, N/m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +49,16 @@ pub trait Respond {
 
     /// Sum of the absolute works of the loads' nodal forces on each free mode, J: what round-off is measured against.
     fn mode_scale(&self) -> &[f64];
+
+    /// C, m/N, if it is at hand as a matrix.
+    fn compliance(&self) -> Option<&Symmetric> {
+        None
+    }
+
+    /// Operations that it took to have C at hand: what more may be done with it without being noticed.
+    fn condensation(&self) -> f64 {
+        0.0
+    }
 
     /// The springs of the soft modes; none of a rigid one.
     fn springs(&self) -> &[Spring] {

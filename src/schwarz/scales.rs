@@ -1,6 +1,6 @@
 //! What the active-set driver's residuals, tension and penetration are measured by.
 use super::{ActiveSet, Respond};
-use crate::vector::larger;
+use crate::vector::{larger, ratio, worst};
 
 /// What is below this share of its parts is round-off.
 pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
@@ -10,47 +10,84 @@ pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 /// set returns.
 pub(super) const THRESHOLD: f64 = 1e-11;
 
+/// A pair's own approach counts down to this share of that of all pairs: of a smaller one the round-off of what they move
+/// together, [`ROUND_OFF`], leaves less than seven digits.
+const LEAST_PAIR: f64 = 1e-7;
+
+/// What residuals are measured by.
+pub(super) struct Scales {
+    /// Norm of the elastic approach at the active rows, m.
+    pub all: f64,
+    /// What round-off leaves of a residual, m.
+    pub floor: f64,
+    /// Each pair's own approach over that of all.
+    shares: Vec<f64>,
+}
+
 impl<B: Respond> ActiveSet<'_, '_, B> {
     /// Gap at a row, m.
     pub fn gap_at(&self, j: usize) -> f64 {
         self.gap[j] - self.coarse.at(j, &self.alpha)
     }
 
-    /// Norm of the elastic approach at the active rows, and of what round-off leaves of it, m.
-    pub(super) fn scales(&self) -> (f64, f64) {
-        let mut sums = [0.0; 3];
+    /// What residuals are measured by. Collective on the roots.
+    pub(super) fn scales(&self) -> Scales {
+        // Per pair, then of the springs: squares of the elastic approach, of the local one, of what is rounded.
+        let n_pairs = self.recorder.n_pairs();
+        let mut sums = vec![[0.0; 3]; n_pairs + 1];
         // Of soft modes it is the motion that there is: without contact it may be out of all proportion.
         let (held, sprung) = (self.coarse.all_are_sprung(), self.sprung());
-        for j in (0..self.coupling.n).filter(|&j| self.active[j]) {
+        for (j, pair) in self.pair_of_row().into_iter().enumerate().filter(|(j, _)| self.active[*j]) {
             let elastic = self.gap[j] - self.g_free[j] - self.coarse.at(j, &sprung);
             let local = self.force[j] / self.coarse.scaling(j);
             let rigid = self.coarse.at(j, &self.alpha);
+            let sum = &mut sums[pair];
             if j < self.coupling.n_rows {
-                sums[0] += if held { elastic * elastic } else { 0.0 };
-                sums[1] += local * local;
+                sum[0] += if held { elastic * elastic } else { 0.0 };
+                sum[1] += local * local;
             }
-            sums[2] += elastic * elastic + self.g_free[j] * self.g_free[j] + rigid * rigid;
+            sum[2] += elastic * elastic + self.g_free[j] * self.g_free[j] + rigid * rigid;
         }
-        let sums = self.coupling.exchange.sum(&sums);
-        (larger(sums[0], sums[1]).sqrt(), ROUND_OFF * sums[2].sqrt())
+        let sums = self.coupling.exchange.sum(sums.as_flattened());
+        let total = |k: usize| sums.chunks_exact(3).map(|s| s[k]).sum::<f64>();
+        let all = larger(total(0), total(1)).sqrt();
+        let own = |s: &[f64]| larger(larger(s[0], s[1]).sqrt(), LEAST_PAIR * all);
+        let of_pair = |s: &[f64]| ratio(own(s), all);
+        let shares: Vec<f64> = sums.chunks_exact(3).take(n_pairs).map(of_pair).collect();
+        // Where a pair's own approach is small, the round-off of its gaps counts by that much more.
+        let rounded =
+            std::iter::zip(sums.chunks_exact(3), &shares).map(|(s, share)| ratio(s[2].sqrt(), *share));
+        Scales { all, floor: ROUND_OFF * larger(worst(rounded), total(2).sqrt()), shares }
     }
 
-    /// Norm of a residual on the contact rows, or that on the springs if it is larger, measured by their own travel, m.
-    pub(super) fn size(&self, r: &[f64], scale: f64) -> f64 {
-        let mut sums = [0.0; 3];
-        for (j, r) in r.iter().enumerate() {
-            if j < self.coupling.n_rows {
-                sums[0] += r * r;
-            } else {
-                sums[1] += r * r;
-                sums[2] += self.coarse.at(j, &self.alpha).powi(2);
+    /// The pair of each row of a row vector; one more than there are for the springs.
+    fn pair_of_row(&self) -> Vec<usize> {
+        let mut pairs = vec![self.recorder.n_pairs(); self.coupling.n];
+        for (end, range) in std::iter::zip(self.coupling.ends, &self.coupling.ranges) {
+            pairs[range.clone()].fill(end.pair);
+        }
+        pairs
+    }
+
+    /// Size of a residual, m: of the pairs' norms, each measured by its own approach, the largest, and the norm over all
+    /// pairs; or that on the springs if it is larger, measured by their own travel. Collective on the roots.
+    pub(super) fn size(&self, r: &[f64], scales: &Scales) -> [f64; 2] {
+        let n_pairs = self.recorder.n_pairs();
+        let mut sums = vec![0.0; n_pairs + 2];
+        for (j, pair) in self.pair_of_row().into_iter().enumerate() {
+            sums[pair] += r[j] * r[j];
+            if j >= self.coupling.n_rows {
+                sums[n_pairs + 1] += self.coarse.at(j, &self.alpha).powi(2);
             }
         }
-        let [rows, springs, travel] = match self.coupling.exchange.sum(&sums)[..] {
-            [a, b, c] => [a, b, c].map(f64::sqrt),
-            _ => [0.0; 3],
-        };
-        larger(rows, if travel > scale { springs * scale / travel } else { springs })
+        let sums: Vec<f64> = self.coupling.exchange.sum(&sums).into_iter().map(f64::sqrt).collect();
+        let rows = worst(std::iter::zip(&sums, &scales.shares).map(|(r, share)| ratio(*r, *share)));
+        let joint = sums[..n_pairs].iter().map(|r| r * r).sum::<f64>().sqrt();
+        // Without a scale nothing has been measured yet.
+        let rows = if scales.all > 0.0 { rows } else { joint };
+        let (springs, travel) = (sums[n_pairs], sums[n_pairs + 1]);
+        let springs = if travel > scales.all { springs * scales.all / travel } else { springs };
+        [rows, joint].map(|rows| larger(rows, springs))
     }
 
     /// Largest absolute value on the contact rows of all ranks. Collective on the roots.

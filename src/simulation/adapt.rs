@@ -11,11 +11,13 @@ use crate::{
         Surface,
         vector::{combine, dot, norm, sub},
     },
+    element::ElementKind,
     error::{Error, Result},
     estimate::Estimate,
     mesh::Mesh,
     parallel,
     record::{AdaptRound, HistoryRow, Summary},
+    scene, vector,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{collections::HashMap, path::Path, str::FromStr, time::Instant};
@@ -43,7 +45,7 @@ pub enum Quantity {
 pub struct Limits {
     /// Most solves.
     pub rounds: usize,
-    /// No mesh is refined that has more unknowns than this.
+    /// No mesh is made that has more unknowns than this, but for the first.
     pub dofs: usize,
 }
 
@@ -52,6 +54,18 @@ impl Default for Limits {
         Limits { rounds: 20, dofs: 2_000_000 }
     }
 }
+
+/// Meshes without progress after which there is none to be hoped for: the pressure's estimate may rise for one or two where the edge
+/// of the contact comes to lie in another element.
+const PATIENCE: usize = 5;
+
+/// Meshes with which the peak has to grow to have no limit, and by how much with each: at a right-angled rigid corner it is 41 % where a
+/// cell is cut into four, at blunt ones 5 %; near a limit the steps become smaller.
+const GROWING: usize = 3;
+const GROWTH: f64 = 0.03;
+
+/// Times the unknowns from which a user is told what elements of second order would take.
+const DEAR: f64 = 10.0;
 
 /// Share of the squared error in energy that the cut cells hold.
 const BULK: f64 = 0.6;
@@ -138,10 +152,29 @@ pub fn run_adaptive(
     refuse(case, goal)?;
     crate::output::prepare(world, directory)?;
     let mut case = case.clone();
-    let mut rounds = Vec::new();
+    let mut rounds = Rounds::default();
     loop {
         let begun = Instant::now();
-        let solved = Solved::new(&case, world, &mut progress)?;
+        let solved = Solved::new(&case, world, &mut progress);
+        let failure = match &solved {
+            Ok(solved) if solved.converged() => None,
+            Ok(_) => Some("did not converge".to_owned()),
+            Err(error) => Some(format!("failed: {error}")),
+        };
+        let number = rounds.done.len() + 1;
+        if let (Some(why), 2..) = (failure, number) {
+            drop(solved);
+            // Solved once more: to keep every round's factorisations would double the memory.
+            case.bodies.iter_mut().for_each(|body| drop(body.cuts.pop()));
+            let last = Solved::new(&case, world, &mut progress)?;
+            let verdict = Err(format!(
+                "round {number} {why}; these are the mesh and the results of round {}",
+                number - 1
+            ));
+            let adapted = Adapted { rounds: rounds.done, verdict, warning: None };
+            return Ok(last.finish(&case, world, directory, start, Some(adapted))?.0);
+        }
+        let solved = solved?;
         let estimate = solved.estimate();
         let done = AdaptRound {
             dofs: solved.plan.dofs.iter().sum::<usize>() as u64,
@@ -153,29 +186,39 @@ pub fn run_adaptive(
         if world.rank() == 0 {
             round(&done);
         }
-        let verdict = verdict(goal, limits, &solved, rounds.len() + 1, done.dofs as usize);
-        rounds.push(done);
-        let cuts = if verdict.is_none() { mark(&case, goal, &solved, world) } else { Vec::new() };
-        let stuck = verdict.is_none() && cuts.iter().all(Vec::is_empty);
-        let verdict = verdict.or_else(|| stuck.then(|| Err("no cell has an error to refine for".to_owned())));
+        rounds.add(case.contacts.len(), goal, &solved, done);
+        let mut verdict = rounds.verdict(goal, limits, &solved);
+        let mut next = case.clone();
+        if verdict.is_none() {
+            let cuts = mark(&case, goal, &solved, world);
+            let stuck = cuts.iter().all(Vec::is_empty);
+            std::iter::zip(&mut next.bodies, cuts).for_each(|(body, cells)| body.cuts.push(cells));
+            verdict = match stuck {
+                true => Some(Err("no cell has an error to refine for".to_owned())),
+                false => rounds.too_large(goal, limits, &next, world),
+            };
+        }
         if let Some(verdict) = verdict {
-            let adapted = Adapted { rounds, verdict };
+            let warning = rounds.dear_elements(goal, &solved, world);
+            let adapted = Adapted { rounds: rounds.done, verdict, warning };
             return Ok(solved.finish(&case, world, directory, start, Some(adapted))?.0);
         }
-        std::iter::zip(&mut case.bodies, cuts).for_each(|(body, cells)| body.cuts.push(cells));
+        case = next;
     }
 }
 
 /// The rounds that were made, and whether the target is reached or why not.
 pub(super) struct Adapted {
     rounds: Vec<AdaptRound>,
-    verdict: std::result::Result<(), String>,
+    verdict: Verdict,
+    warning: Option<String>,
 }
 
 impl Adapted {
     pub(super) fn report(self, summary: &mut Summary) {
         summary.adapt = Some(self.rounds);
         summary.adapt_reached = Some(self.verdict.is_ok());
+        summary.warnings.extend(self.warning);
         summary
             .diagnosis
             .extend(self.verdict.err().map(|why| format!("adaptive refinement: target not reached: {why}")));
@@ -202,31 +245,115 @@ fn refuse(case: &Case, goal: Goal) -> Result<()> {
     Ok(())
 }
 
-/// `None`: go on. Otherwise done, or why the target is not reached.
-fn verdict(
-    goal: Goal,
-    limits: Limits,
-    solved: &Solved,
-    round: usize,
-    dofs: usize,
-) -> Option<std::result::Result<(), String>> {
-    let percent = |v: f64| format!("{:.3} %", 100.0 * v);
-    if !solved.converged() {
-        return Some(Err(format!("round {round} did not converge")));
+/// Reached, or why not.
+type Verdict = std::result::Result<(), String>;
+
+/// What the rounds so far have given.
+#[derive(Default)]
+struct Rounds {
+    done: Vec<AdaptRound>,
+    /// The estimates of the goal; infinite where nothing touches.
+    values: Vec<f64>,
+    /// The largest pressures, Pa.
+    peaks: Vec<f64>,
+}
+
+impl Rounds {
+    fn add(&mut self, n_pairs: usize, goal: Goal, solved: &Solved, done: AdaptRound) {
+        self.values.push(goal.value(solved.estimate()).unwrap_or(f64::INFINITY));
+        self.peaks.push(vector::worst((0..n_pairs).map(|p| solved.max_pressure(p))));
+        self.done.push(done);
     }
-    let Some(value) = goal.value(solved.estimate()) else {
-        return Some(Err("nothing touches: there is no contact pressure".to_owned()));
-    };
-    if value <= goal.target {
-        return Some(Ok(()));
+
+    /// `None`: go on. Otherwise done, or why the target is not reached.
+    fn verdict(&self, goal: Goal, limits: Limits, solved: &Solved) -> Option<Verdict> {
+        let round = self.done.len();
+        if !solved.converged() {
+            return Some(Err(format!("round {round} did not converge")));
+        }
+        let Some(value) = goal.value(solved.estimate()) else {
+            return Some(Err("nothing touches: there is no contact pressure".to_owned()));
+        };
+        if value <= goal.target {
+            return Some(Ok(()));
+        }
+        if makes_no_progress(&self.values) {
+            let why = format!("{PATIENCE} more meshes have not lowered it by a tenth");
+            return Some(Err(self.left(goal, &why)));
+        }
+        let why = format!("{round} rounds were made, no more are allowed (--adapt-rounds)");
+        (round >= limits.rounds).then(|| Err(self.left(goal, &why)))
     }
-    let left = format!("the estimated error is {}, the target {}", percent(value), percent(goal.target));
-    if round >= limits.rounds {
-        return Some(Err(format!("{left}: {round} rounds were made, no more are allowed (--adapt-rounds)")));
+
+    /// Why the next case may not be solved. Collective.
+    fn too_large(
+        &self,
+        goal: Goal,
+        limits: Limits,
+        next: &Case,
+        world: &SimpleCommunicator,
+    ) -> Option<Verdict> {
+        match scene::count_dofs(next, world) {
+            Ok(dofs) if dofs <= limits.dofs => None,
+            Ok(dofs) => Some(Err(self.left(
+                goal,
+                &format!(
+                    "the next mesh would have {dofs} unknowns, no more than {} are allowed (--adapt-dofs)",
+                    limits.dofs
+                ),
+            ))),
+            Err(error) => Some(Err(self.left(goal, &format!("the next mesh cannot be made: {error}")))),
+        }
     }
-    (dofs > limits.dofs).then(|| {
-        Err(format!("{left}: {dofs} unknowns, no more than {} are refined (--adapt-dofs)", limits.dofs))
-    })
+
+    /// Where the rounds have ended, and why.
+    fn left(&self, goal: Goal, why: &str) -> String {
+        let percent = |v: f64| format!("{:.3} %", 100.0 * v);
+        let value = self.values.last().copied().unwrap_or(f64::INFINITY);
+        let mut left =
+            format!("the estimated error is {}, the target {}: {why}", percent(value), percent(goal.target));
+        if let (Quantity::Pressure, Some(from)) = (goal.quantity, grows(&self.peaks)) {
+            let to = self.peaks.last().copied().unwrap_or_default();
+            left += &format!(
+                "; the peak pressure grows with every mesh, from {from:.4e} to {to:.4e} in the last {GROWING}: it may have no \
+                 limit, as at a sharp corner, and no mesh gives it; round the corner, or ask for the energy"
+            );
+        }
+        left
+    }
+
+    /// What elements of first order cost where the energy is the goal: their error goes with the root of the number of unknowns, that of
+    /// elements of second order with the number. Collective.
+    fn dear_elements(&self, goal: Goal, solved: &Solved, world: &SimpleCommunicator) -> Option<String> {
+        let mut kinds = solved.plan.meshes.iter().flat_map(|mesh| &mesh.cells).map(|cell| cell.kind);
+        let quadratic = kinds.any(|kind| matches!(kind, ElementKind::Tri6 | ElementKind::Quad8));
+        let quadratic = parallel::max(world, &[f64::from(u8::from(quadratic))])[0] > 0.0;
+        let [first, target] = [self.values.first().copied().unwrap_or(0.0), goal.target];
+        let times = (first / target).powi(2);
+        (goal.quantity == Quantity::Energy && !quadratic && times > DEAR).then(|| {
+            format!(
+                "energy to {} % from {:.3} % takes about {times:.0} times the unknowns with elements of first order, about {:.0} times \
+                 with those of second order (element = \"quad8\" or \"tri6\")",
+                100.0 * target,
+                100.0 * first,
+                first / target
+            )
+        })
+    }
+}
+
+/// True if the last [`PATIENCE`] meshes have not brought the estimate a tenth below what it was. As long as it says that
+/// nothing is known, there is nothing to be lowered.
+fn makes_no_progress(values: &[f64]) -> bool {
+    let Some(before) = values.len().checked_sub(PATIENCE) else { return false };
+    let [before, since] = [&values[..before], &values[before..]].map(|v| vector::least(v.iter().copied()));
+    before < 1.0 && since > 0.9 * before
+}
+
+/// The peak [`GROWING`] meshes ago if each mesh since has raised it by more than [`GROWTH`].
+fn grows(peaks: &[f64]) -> Option<f64> {
+    let last = &peaks[peaks.len().checked_sub(GROWING + 1)?..];
+    last.windows(2).all(|pair| pair[1] > (1.0 + GROWTH) * pair[0]).then_some(last[0])
 }
 
 /// Cells of each body to cut, the same on all ranks. Collective.
@@ -410,6 +537,19 @@ mod tests {
             let error = read(text).unwrap_err();
             assert!(error.contains(part), "{text}: {error}");
         }
+    }
+
+    #[test]
+    fn rounds_without_progress_and_peaks_without_limit_are_seen() {
+        let rings = [0.117, 0.25, 0.029, 0.107, 0.78, 0.30, 0.46, 0.54, 0.20];
+        assert!((1..8).all(|n| !makes_no_progress(&rings[..n])) && makes_no_progress(&rings[..8]));
+        let falls: Vec<f64> = (0..20).map(|i| 0.3 * 0.95_f64.powi(i)).collect();
+        assert!((1..=20).all(|n| !makes_no_progress(&falls[..n])));
+        // Too few nodes touch to say anything.
+        assert!(!makes_no_progress(&[1.0; 9]) && !makes_no_progress(&[1.0, 1.0, 1.0, 1.0, 0.5, 0.3]));
+        assert_eq!(grows(&[5.0, 1.0, 1.4, 2.0, 2.8]), Some(1.0));
+        assert_eq!(grows(&[1.0, 1.4, 2.0]), None);
+        assert_eq!(grows(&[1.0, 1.4, 1.41, 1.5]), None);
     }
 
     #[test]

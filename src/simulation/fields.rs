@@ -1,5 +1,5 @@
 //! Fields of the result file and values at probes.
-use super::Plan;
+use crate::scene::Plan;
 use crate::{
     body::{Body, Fields},
     case::Case,

@@ -1,17 +1,13 @@
 //! The contact solve alone, without stresses and output, and where its time goes.
-use super::{
-    Plan,
-    active::{Active, Step},
-    found::Found,
-    pairs::pair_results,
-    relaxed::Relaxed,
-};
+use super::{pairs::pair_results, results::Counts};
 use crate::{
-    body::{Cost, LoadFactors},
+    body::Cost,
     case::{Case, Driver, Weights},
     error::Result,
     parallel,
     record::PairSummary,
+    scene::Plan,
+    step::{Active, Found, Relaxed, Scene, State, Target},
 };
 use std::time::Instant;
 
@@ -67,7 +63,8 @@ impl ContactSolve {
         let (own, mut relaxed) = Relaxed::new(case, world, weights)?;
         let before: f64 = own.seconds + relaxed.bodies.iter().map(|b| b.cost().assemble).sum::<f64>();
         let exchange = own.exchange(case);
-        let (found, _) = relaxed.step(case, &own, &exchange, |_| {})?;
+        let scene = Scene { case, plan: &own, exchange: &exchange };
+        let found = relaxed.advance(&scene, Target::FULL, |_| {})?.found;
         let seconds = start.elapsed().as_secs_f64() - before;
         Self::of(case, &own, found, &[seconds, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     }
@@ -84,8 +81,8 @@ impl ContactSolve {
             })
         };
         let before = cost(&active);
-        let step = Step { case, plan, exchange: &exchange, number: 1, factors: LoadFactors::default() };
-        let (found, _) = active.step(&step, |_| {})?;
+        let scene = Scene { case, plan, exchange: &exchange };
+        let found = active.advance(&scene, &State::start(), Target::FULL, |_| {})?.found;
         let (after, clock) = (cost(&active), active.clock);
         let in_step = after.interface + after.condense - before.interface - before.condense;
         let seconds = [
@@ -104,10 +101,8 @@ impl ContactSolve {
     fn of(case: &Case, plan: &Plan, found: Found, seconds: &[f64]) -> Result<ContactSolve> {
         let world = &plan.groups.world;
         let s = parallel::max(world, seconds);
-        let (pairs, ..) = pair_results(case, &found, world, &mut Vec::new());
-        let mut reason = found.reason;
-        let counts =
-            super::share_outcome(world, &mut reason, [found.history.len() as u64, found.updates, 0, 0]);
+        let (pairs, _) = pair_results(case, &found, world, &mut Vec::new());
+        let counts = Counts::of(world, &found);
         Ok(ContactSolve {
             dofs: plan.dofs.iter().sum(),
             seconds: s[0],
@@ -119,9 +114,9 @@ impl ContactSolve {
                 alternate: s[5],
                 recover: s[6],
             },
-            converged: reason.converged(),
-            alternations: counts[0] as usize,
-            updates: counts[1] as usize,
+            converged: found.reason.converged(),
+            alternations: counts.alternations as usize,
+            updates: counts.updates as usize,
             pairs,
         })
     }

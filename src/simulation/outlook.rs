@@ -1,10 +1,13 @@
 //! What a run would do and cost, before it is done.
-use super::{Plan, contacts::Contacts, text::gather_lines};
 use crate::{
     body::{Constraints, condense_estimate, free_motions},
     case::{Case, Driver, ResponseCase},
     error::Result,
     parallel::agree,
+};
+use crate::{
+    scene::Plan,
+    step::{Contacts, gather_lines},
 };
 
 /// Lines on bodies and contacts: unknowns, ranks, effects, what supports leave free, and how each body would answer contact

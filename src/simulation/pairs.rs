@@ -1,25 +1,25 @@
 //! Contact pairs in numbers, and their tables along the surface.
-use super::found::{EndFound, Found};
+use crate::step::{EndFound, Found};
 use crate::vector::{larger, ratio};
 use crate::{
     case::{Case, ContactCase},
     parallel,
-    record::{self, PairSide, PairTables, SideTable, mean_contraction},
+    record::{self, PairSide, PairTables, mean_contraction},
 };
 use mpi::topology::SimpleCommunicator;
 
 /// Sums over the ends of a pair.
-const SUMS: usize = 14;
+const SUMS: usize = 15;
 /// Maxima over the ends of a pair.
-const MAXIMA: usize = 5;
+const MAXIMA: usize = 4;
 
-/// Summaries and tables of the pairs, and whether a node beyond the candidates penetrates. Collective.
+/// Summaries and tables of the pairs. Collective.
 pub(super) fn pair_results(
     case: &Case,
     found: &Found,
     world: &SimpleCommunicator,
     warnings: &mut Vec<String>,
-) -> (Vec<record::PairSummary>, Vec<PairTables>, bool) {
+) -> (Vec<record::PairSummary>, Vec<PairTables>) {
     let names = |contact: &ContactCase| {
         [0, 1]
             .map(|s| format!("{}.{}", case.body_name(contact.surfaces[s].body), contact.surfaces[s].surface))
@@ -37,18 +37,16 @@ pub(super) fn pair_results(
     }
     let sums = parallel::sum(world, sums.as_flattened());
     let maxima = parallel::max(world, maxima.as_flattened());
-    let threshold = parallel::max(world, &[found.gap_threshold])[0];
-    let mut beyond = false;
     let pairs = case
         .contacts
         .iter()
         .enumerate()
         .map(|(p, contact)| {
             let (s, m) = (&sums[SUMS * p..][..SUMS], &maxima[MAXIMA * p..][..MAXIMA]);
-            beyond |= m[2] > threshold;
             let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             let together: Vec<f64> = (0..3).map(|c| s[c] + s[3 + c]).collect();
-            let scale = size(&s[..3]) + size(&s[3..6]);
+            // The nodes' forces, not the sides' resultants, which vanish on closed surfaces.
+            let scale = s[14];
             // A rigid surface has no nodes to take the reaction.
             let both = contact.surfaces.iter().all(|s| s.body.deformable().is_some());
             let force_imbalance = if both { ratio(size(&together), scale) } else { 0.0 };
@@ -75,7 +73,7 @@ pub(super) fn pair_results(
                 contact_length: s[7],
                 max_penetration: m[1],
                 force_imbalance,
-                complementarity: ratio(m[3], m[0] * m[4]),
+                complementarity: ratio(m[2], m[0] * m[3]),
                 contraction: mean_contraction(history.map(|row| row.contraction)),
                 active: s[8] as u64,
                 open: (s[9] - s[8]) as u64,
@@ -83,7 +81,7 @@ pub(super) fn pair_results(
             }
         })
         .collect();
-    (pairs, tables, beyond)
+    (pairs, tables)
 }
 
 /// What is said of a pair that too few nodes carry; one all of whose nodes are in contact has its pressure at any number.
@@ -102,11 +100,12 @@ fn unresolved(pair: &str, active: u64, candidates: u64) -> Option<String> {
 fn add(end: &EndFound, sum: &mut [f64; SUMS], max: &mut [f64; MAXIMA]) {
     for (x, f) in std::iter::zip(&end.table.x, &end.table.force) {
         (0..3).for_each(|c| sum[3 * end.side + c] += f[c]);
+        sum[14] += f.iter().map(|c| c * c).sum::<f64>().sqrt();
         sum[11 + end.side] += x[0] * f[1] - x[1] * f[0];
     }
     if end.counts {
         sum[6] += end.normal_force;
-        sum[7] += contact_length(&end.table);
+        sum[7] += end.length;
         max[0] = end.table.pressure.iter().copied().fold(max[0], larger);
     }
     if end.multiplier {
@@ -116,40 +115,6 @@ fn add(end: &EndFound, sum: &mut [f64; SUMS], max: &mut [f64; MAXIMA]) {
     sum[9] += end.candidates as f64;
     sum[10] += end.unmatched as f64;
     max[1] = larger(max[1], end.penetration);
-    max[2] = larger(max[2], end.beyond);
-    max[3] = larger(max[3], end.complementarity[0]);
-    max[4] = larger(max[4], end.complementarity[1]);
-}
-
-/// Length in contact, m: between the zeros of the pressure. At a smooth edge p^2 is linear in the distance from the
-/// edge, so the zero is extrapolated from the last two nodes in contact; it lies between the last node in contact
-/// and the first open one.
-pub(super) fn contact_length(table: &SideTable) -> f64 {
-    let (s, p) = (&table.s, &table.pressure);
-    let touches = |i: usize| table.status[i] == 2;
-    let edge = |inside: usize, next: usize, open: Option<usize>| {
-        let Some(open) = open else { return 0.0 };
-        let (p0, p1) = (p[inside].powi(2), p[next].powi(2));
-        let room = (s[open] - s[inside]).abs();
-        let step = (s[inside] - s[next]).abs();
-        if p1 > p0 { (step * p0 / (p1 - p0)).min(room) } else { room }
-    };
-    let mut length = 0.0;
-    let mut start = None;
-    for i in 0..=s.len() {
-        match start {
-            None if i < s.len() && touches(i) => start = Some(i),
-            Some(first) if i == s.len() || !touches(i) => {
-                let last = i - 1;
-                length += s[last] - s[first];
-                if last > first {
-                    length += edge(first, first + 1, first.checked_sub(1));
-                    length += edge(last, last - 1, (i < s.len()).then_some(i));
-                }
-                start = None;
-            }
-            _ => {}
-        }
-    }
-    length
+    max[2] = larger(max[2], end.complementarity[0]);
+    max[3] = larger(max[3], end.complementarity[1]);
 }

@@ -1,13 +1,21 @@
 //! A solved case: from the plan to the last load step, then to the files.
-use super::{Engine, Plan, Run, adapt::Adapted, draw, remove_old_summary, warn_of_unused_options};
+use super::{
+    adapt::Adapted,
+    draw, option_warnings, remove_old_summary,
+    report::{Clock, Site},
+    results::Run,
+};
 use crate::{
-    case::{self, Case},
+    case::Case,
     error::Result,
     estimate::Estimate,
     output::{self, ResultFile},
     parallel::agree,
+    petsc::Stage,
     plain_text,
     record::{HistoryRow, Summary},
+    scene::Plan,
+    step::Engine,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{path::Path, time::Instant};
@@ -28,14 +36,14 @@ impl Solved {
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Self> {
         let (plan, mut engine) = Engine::new(case, world)?;
-        warn_of_unused_options(case, &plan.groups)?;
-        let mut run = Run::default();
+        let mut said = Vec::new();
         if let Engine::Active(active) = &engine {
             let [lines, warnings] = active.announce(case, &plan);
             lines.iter().filter(|_| world.rank() == 0).for_each(|line| eprintln!("{}", plain_text(line)));
-            run.warnings = warnings;
+            said = warnings;
         }
-        run.all_steps(case, &plan, &mut engine, progress)?;
+        let mut run = Run::march(case, &plan, &mut engine, progress)?;
+        run.warnings.splice(0..0, said);
         Ok(Solved { engine, run, plan })
     }
 
@@ -44,11 +52,11 @@ impl Solved {
     }
 
     pub fn estimate(&self) -> &Estimate {
-        &self.run.estimate
+        &self.run.last.estimate
     }
 
     pub fn alternations(&self) -> u64 {
-        self.run.counts[0]
+        self.run.counts.alternations
     }
 
     /// Largest pressure of a pair after the last step, Pa.
@@ -66,18 +74,26 @@ impl Solved {
         adapted: Option<Adapted>,
     ) -> Result<(Summary, Estimate)> {
         let Solved { plan, engine, run } = self;
+        let _stage = Stage::Write.enter();
         let writing = Instant::now();
         let info = run.info(case, world);
         let file = directory.join(output::RESULT);
         let before = if case.steps.is_empty() { &[][..] } else { &run.before };
-        let result =
-            ResultFile { piece: &run.piece, pairs: &run.pairs, before, history: &run.history, run: &info };
+        let result = ResultFile {
+            piece: &run.last.piece,
+            pairs: &run.last.pairs,
+            before,
+            history: &run.history,
+            run: &info,
+        };
         remove_old_summary(world, directory)?;
         output::write(world, &file, &result)?;
         let drawn = if world.rank() == 0 { draw(case, &file, directory) } else { Ok(()) };
         agree(world, drawn)?;
-        let clock = [writing.elapsed().as_secs_f64(), start.elapsed().as_secs_f64()];
-        let (mut summary, estimate) = run.summary(case, &plan, &engine, &info, clock);
+        let clock = Clock { write: writing.elapsed().as_secs_f64(), total: start.elapsed().as_secs_f64() };
+        let site = Site { case, plan: &plan, engine: &engine };
+        let (mut summary, estimate) = run.summary(&site, &info, clock);
+        summary.warnings.extend(option_warnings(case, &plan.groups, engine.bodies())?);
         if let Some(adapted) = adapted {
             adapted.report(&mut summary);
         }
@@ -88,42 +104,5 @@ impl Solved {
         };
         agree(world, written)?;
         Ok((summary, estimate))
-    }
-}
-
-impl Run {
-    fn all_steps(
-        &mut self,
-        case: &Case,
-        plan: &Plan,
-        engine: &mut Engine,
-        progress: &mut impl FnMut(&HistoryRow),
-    ) -> Result<()> {
-        let world = &plan.groups.world;
-        let exchange = plan.exchange(case);
-        let one = case::StepCase {
-            name: None,
-            loads: 1.0,
-            supports: 1.0,
-            temperature: 1.0,
-            origin: Default::default(),
-        };
-        let steps = if case.steps.is_empty() { std::slice::from_ref(&one) } else { &case.steps[..] };
-        for (i, step) in steps.iter().enumerate() {
-            let alternating = Instant::now();
-            let on_rank_zero = |row: &HistoryRow| {
-                if world.rank() == 0 {
-                    progress(row);
-                }
-            };
-            let (found, nodal) = engine.step(case, plan, &exchange, i as u64 + 1, step, on_rank_zero)?;
-            self.alternate += alternating.elapsed().as_secs_f64();
-            self.finish_step(case, plan, engine.bodies(), found, &nodal, step)?;
-            // The steps after one that failed would start from nowhere.
-            if !self.reason.converged() {
-                break;
-            }
-        }
-        Ok(())
     }
 }

@@ -112,9 +112,17 @@ pub(super) fn sentence(table: &Table, quantity: &str) -> String {
             )
         }
     };
-    let tied: Vec<String> = tied.iter().map(|point| name(table, point.row)).collect();
-    let tied = if tied.is_empty() { String::new() } else { format!(" (as fast: {})", tied.join("; ")) };
-    format!("For 1 % of {what}: {}, {}{tied}{has}; {more}.", name(table, first.row), seconds(time))
+    let first = named_with_ties(table, first.row, &tied);
+    format!("For 1 % of {what}: {first}, {}{has}; {more}.", seconds(time))
+}
+
+/// `level 3, quad8 (as fast: level 3, quad4)`.
+pub(super) fn named_with_ties(table: &Table, row: &Row, tied: &[&Point]) -> String {
+    let names: Vec<String> = tied.iter().map(|point| name(table, point.row)).collect();
+    match names.is_empty() {
+        true => name(table, row),
+        false => format!("{} (as fast: {})", name(table, row), names.join("; ")),
+    }
 }
 
 /// `level 3, quad8`.
@@ -187,8 +195,8 @@ mod tests {
             let mut table = Table::of(rows, &["tri3", "quad4", "quad8"]);
             table.departures = vec![1, 0, 1];
             let text = sentence(&table, "q.force");
-            assert!(text.starts_with("For 1 % of force: level 0, quad4, "), "{text}");
-            assert!(text.contains("(as fast: level 0, tri3; level 0, quad8)"), "{text}");
+            let named = "For 1 % of force: level 0, quad4 (as fast: level 0, tri3; level 0, quad8), ";
+            assert!(text.starts_with(named), "{text}");
         }
     }
 

@@ -1,6 +1,6 @@
 //! The page about a study, in Markdown, and what is printed at its end.
-use super::front::{Point, cheapest, name, percent, points, seconds, sentence};
-use super::quantity::{norm, spoken};
+use super::front::{Point, cheapest, name, named_with_ties, percent, points, seconds, sentence};
+use super::quantity::{is_part, norm, spoken};
 use super::reference::Reference;
 use super::richardson::{Behaviour, LOWEST_ORDER, Limit};
 use super::table::{ROUND_OFF, Row, Table};
@@ -84,11 +84,7 @@ impl Page<'_> {
                 text,
                 "| {} | {} | {} | {} | {} | {:.0} MB |",
                 round_percent(target),
-                std::iter::once(*row)
-                    .chain(tied.iter().map(|point| point.row))
-                    .map(|row| name(self.table, row))
-                    .collect::<Vec<_>>()
-                    .join("; as fast: "),
+                named_with_ties(self.table, row, &tied),
                 count(row.dofs()),
                 seconds(row.time()),
                 seconds(row.cpu.low),
@@ -164,7 +160,7 @@ impl Page<'_> {
             orders.join(" | "),
             "---|".repeat(orders.len())
         );
-        for name in &table.names {
+        for name in self.shown() {
             let reference = &table.references[name];
             let smallest = table
                 .rows
@@ -197,6 +193,11 @@ impl Page<'_> {
              levels, of the errors where the reference is exact, else of the differences from level to level.\n",
         );
         text + "\n"
+    }
+
+    /// The quantities that the page is about: of vectors the whole, and a component only if accuracy is judged by it.
+    fn shown(&self) -> impl Iterator<Item = &String> {
+        self.table.names.iter().filter(|name| !is_part(name) || self.quantity == Some(name.as_str()))
     }
 
     /// Order of a quantity for a choice: of the errors, or of the differences where the reference is a limit.
@@ -242,7 +243,7 @@ impl Page<'_> {
                 of_rows(unresolved.len())
             ));
         }
-        for quantity in &table.names {
+        for quantity in self.shown() {
             let reference = &table.references[quantity];
             let Some((choice, limit)) = &reference.limit else { continue };
             if let Some((other, away)) = reference.conflict {

@@ -87,6 +87,12 @@ pub(super) fn parts(name: &str, values: &[f64], unit: &'static str) -> Vec<Quant
     parts
 }
 
+/// True for a component or the equivalent stress, whose vector or stress is a quantity itself.
+pub(super) fn is_part(name: &str) -> bool {
+    let ends = |part: &&str| name.strip_suffix(*part).is_some_and(|rest| rest.ends_with('.'));
+    QUANTITIES_OF_PROBE.iter().filter(|what| what.contains('.')).any(ends)
+}
+
 /// sqrt(((xx - yy)^2 + (yy - zz)^2 + (zz - xx)^2) / 2 + 3 xy^2).
 fn von_mises([xx, yy, zz, xy]: [f64; 4]) -> f64 {
     let squares = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
@@ -174,6 +180,7 @@ mod tests {
             ("strain_energy", false, "strain energy"),
         ] {
             assert_eq!(spoken(name, full), words);
+            assert_eq!(is_part(name), name.starts_with("tip.") && name.matches('.').count() == 2);
         }
     }
 

@@ -191,10 +191,17 @@ impl Table {
             self.rows.iter().flat_map(|row| &row.quantities).find(|q| q.name == name).map_or("", |q| q.unit);
         let Some(reference) = Reference::new(known, &sequences, unit) else { return };
         let scale = norm(&reference.values);
-        // The finest level of a sequence without an order stands for the limit.
+        // The finest level of a sequence without an order stands for the limit: that mesh has no error, however it is solved.
         let own = reference.limit.as_ref().filter(|(_, limit)| !reference.exact && limit.is_finest_level());
         let own = own.and_then(|(choice, _)| Some((*choice, self.curve(*choice).last()?.level)));
-        for row in self.rows.iter_mut().filter(|row| row.converged && own != Some((row.choice, row.level))) {
+        let elements = &self.elements;
+        let is_own = |row: &Row| {
+            let same = |(choice, level): (usize, usize)| {
+                elements[choice].names == elements[row.choice].names && level == row.level
+            };
+            own.is_some_and(same)
+        };
+        for row in self.rows.iter_mut().filter(|row| row.converged && !is_own(row)) {
             if let Some(value) = row.value(name) {
                 let error = norm(&difference(value, &reference.values)) / scale;
                 row.errors.insert(name.to_string(), error);

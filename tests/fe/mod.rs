@@ -25,7 +25,7 @@ pub fn all_elements() -> Vec<SolidElement> {
     let pairs =
         ElementKind::ALL.into_iter().flat_map(|kind| [Standard, Enhanced, Reduced].map(|f| (kind, f)));
     let elements: Vec<_> = pairs.filter_map(|(kind, f)| SolidElement::new(kind, Some(f)).ok()).collect();
-    assert_eq!(elements.len(), 6);
+    assert_eq!(elements.len(), 7);
     elements
 }
 

@@ -5,6 +5,7 @@ mod common;
 mod scenes;
 
 mod beams;
+mod curved;
 mod heat;
 mod hertz;
 mod rectangles;
@@ -14,6 +15,7 @@ mod rings;
 mod stack;
 mod steps;
 mod updated;
+mod verdicts;
 
 use common::{check_invariants_within, run, summary, value};
 use kontakt::output::{RESULT, Results};

@@ -103,6 +103,51 @@ fn unloading_leaves_nothing() {
     }
 }
 
+/// A block between two stops, pushed to and fro: the contacts of a step are none of the next one's.
+fn between_stops(steps: &str, geometry: &str) -> String {
+    let block = rectangle(
+        "block",
+        "steel",
+        "quad4",
+        (0.0, 0.04, 8),
+        (0.0, 0.02, 4),
+        "support = [{ surface = \"bottom\", y = 0 }]\nload = [{ body_force = [1e9, 0] }]",
+    );
+    format!(
+        "analysis = \"plane stress\"\nalternation.tolerance = 1e-11\nmaterial.steel = {{ young = 2.1e11, poisson = 0.3 }}\n\
+         contact = [{{ name = \"r\", surfaces = [\"block.right\", \"right.surface\"], geometry = \"{geometry}\" }}, \
+         {{ name = \"l\", surfaces = [\"block.left\", \"left.surface\"], geometry = \"{geometry}\" }}]\n\
+         probe = [{{ name = \"p\", body = \"block\", at = [0.02, 0.02] }}]\n{steps}\n{block}\
+         [[body]]\nname = \"right\"\nrigid.plane = {{ through = [0.041, 0], normal = [-1, 0] }}\n\
+         [[body]]\nname = \"left\"\nrigid.plane = {{ through = [-0.001, 0], normal = [1, 0] }}\n"
+    )
+}
+
+/// Whatever the steps before, each step ends as it does alone.
+#[test]
+fn a_step_alone_ends_the_same() {
+    let loads = [1.0, -1.0, -0.3, 0.7];
+    for geometry in ["initial", "updated"] {
+        let table = |factors: &[f64]| {
+            let rows: Vec<String> = factors.iter().map(|f| format!("{{ loads = {f} }}")).collect();
+            format!("step = [{}]", rows.join(", "))
+        };
+        let (all, _) = solve_all(&between_stops(&table(&loads), geometry), 2, &[]);
+        for (k, load) in loads.iter().enumerate() {
+            let (alone, _) = solve_all(&between_stops(&table(&[*load]), geometry), 1, &[]);
+            let (right, left) = if *load > 0.0 { ("r", "l") } else { ("l", "r") };
+            for (pair, force) in [(right, 8e5 * load.abs()), (left, 0.0)] {
+                let path = format!("pairs.{pair}.normal_force");
+                near(value(&all, &format!("steps.{k}.{path}")), force, 1e-8 * 8e5, geometry);
+                near(value(&alone, &path), force, 1e-8 * 8e5, geometry);
+            }
+            let at = |summary, path: String| value(summary, &path);
+            let path = "probes.p.displacement.0";
+            near(at(&all, format!("steps.{k}.{path}")), at(&alone, path.into()), 1e-9 * 1e-3, geometry);
+        }
+    }
+}
+
 /// A warm start costs less than a cold one.
 #[test]
 fn a_step_starts_from_the_last_one() {

@@ -6,6 +6,8 @@
 //!
 //! gap_j = int psi_j (g - n . (u - sum_k N_k u_k)) dA / D_j,  n the normal field of the multiplier side.
 //!
+//! g is the distance between the curves that the facets stand for (`camber.rs`), not between the facets.
+//!
 //! Against a rigid surface with normal m it is m / (m . n) in place of n: both bodies touch along its shape.
 //!
 //! All integrals run over the part of the multiplier side that has a partner, also those that make psi dual
@@ -22,6 +24,8 @@ pub use side::multiplier_side;
 use super::Gap;
 use super::{
     Row, Surface,
+    camber::clearance,
+    normals,
     rows::ROUND_OFF,
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
@@ -63,6 +67,30 @@ pub fn rows(
     thickness: f64,
     search_distance: f64,
 ) -> Vec<Row> {
+    let found = transfer(multiplier, mortar, gap, thickness, search_distance, &|_| false);
+    found.rows.into_iter().filter(|row| row.gap <= search_distance * (1.0 + ROUND_OFF)).collect()
+}
+
+/// What the mortar transfer of a pair consists of.
+#[derive(Debug, Clone, Default)]
+pub struct Transfer {
+    /// All rows, in the order of the multiplier side's nodes.
+    pub rows: Vec<Row>,
+    /// Of each facet of the multiplier side: from where to where on it, xi in [-1, 1], the mortar side lies opposite.
+    pub cover: Vec<Option<[f64; 2]>>,
+}
+
+/// As [`rows`], but with all rows of facets within reach of `search_distance`. Nodes that are `taken` carry the multiplier of
+/// another pair: they get none here if another node of their facets can have their share. A constant pressure is
+/// then still that of one multiplier field over both pairs.
+pub fn transfer(
+    multiplier: &Surface,
+    mortar: &Surface,
+    gap: &Gap,
+    thickness: f64,
+    search_distance: f64,
+    taken: &dyn Fn(u32) -> bool,
+) -> Transfer {
     let limit = match gap {
         Gap::Value(_) => f64::INFINITY,
         Gap::Geometry { offset } => MARGIN * search_distance - offset,
@@ -70,14 +98,16 @@ pub fn rows(
     let segments = Segments::new(multiplier, mortar, limit);
     let edges: Vec<Overlap> =
         (0..multiplier.facets.len()).filter_map(|f| Overlap::new(&segments, multiplier, mortar, f)).collect();
-    let carries = carriers(&edges);
+    let mut cover = vec![None; multiplier.facets.len()];
+    edges.iter().for_each(|edge| cover[edge.edge.facet] = Some(edge.part.span));
+    let carries = carriers(&edges, taken);
     let mut sums: BTreeMap<u32, Sums> = BTreeMap::new();
     for (edge, carries) in edges.iter().zip(&carries) {
         let Some(dual) = edge.part.dual(carries) else { continue };
         edge.add_to(&mut sums, &dual);
     }
-    let rows = sums.into_iter().filter_map(|(node, sum)| sum.into_row(node, gap, thickness));
-    rows.filter(|row| row.gap <= search_distance * (1.0 + ROUND_OFF)).collect()
+    let rows = sums.into_iter().filter_map(|(node, sum)| sum.into_row(node, gap, thickness)).collect();
+    Transfer { rows, cover }
 }
 
 /// The part of an edge that has a partner, with the integrals over it.
@@ -126,25 +156,37 @@ impl<'a> Overlap<'a> {
             let half = 0.5 * (segment.span[1] - segment.span[0]);
             for (at, weight) in GAUSS6 {
                 let xi = segment.span[0] + half * (1.0 + at);
-                let normal = edge.normal(xi);
-                let hit = segments.opposite(segment.facet, &edge.point(xi), &normal);
+                let field = edge.normal(xi);
+                let hit = segments.opposite(segment.facet, &edge.point(xi), &field);
                 let Some((eta, distance)) = hit else { continue };
                 let normal = match mortar.rigid {
-                    true => along_rigid(&normal, &unit(&mortar.area_vector(segment.facet, eta))),
-                    false => normal,
+                    true => along_rigid(&field, &unit(&mortar.area_vector(segment.facet, eta))),
+                    false => field,
                 };
+                let (at_point, along) = ([&edge.point(xi), &field], [xi, eta]);
+                let distance = clearance([surface, mortar], [f, segment.facet], along, at_point, distance);
                 let area = weight * half * edge.stretch(xi);
                 let b = part.basis(xi);
                 part.add(&b, area);
                 gap.axpy(area * distance, &b, 1.0);
                 let ((shape, _), (own_shape, _)) = (line_shape(nodes.len(), eta), line_shape(n, xi));
+                let (own_vectors, vectors) = match conforming([surface, mortar], [f, segment.facet]) {
+                    true => {
+                        let opposite = normals::along(mortar, segment.facet).map(|n| n.map(|c| -c));
+                        (
+                            in_the_round(&normal, &own_shape, &edge.normals, n),
+                            in_the_round(&normal, &shape, &opposite, nodes.len()),
+                        )
+                    }
+                    false => ([normal; 3], [normal; 3]),
+                };
                 for c in 0..3 {
                     mean[c].axpy(area * (normal[c] - edge.normals[0][c]), &b, 1.0);
                     for (i, n_i) in own_shape.into_iter().enumerate().take(n) {
-                        own[c].column_mut(i).axpy(area * n_i * normal[c], &b, 1.0);
+                        own[c].column_mut(i).axpy(area * n_i * own_vectors[i][c], &b, 1.0);
                     }
-                    for (&column, n_k) in columns.iter().zip(shape) {
-                        mixed[c].column_mut(column).axpy(area * n_k * normal[c], &b, 1.0);
+                    for ((k, &column), n_k) in columns.iter().enumerate().zip(shape) {
+                        mixed[c].column_mut(column).axpy(area * n_k * vectors[k][c], &b, 1.0);
                     }
                 }
             }
@@ -190,6 +232,38 @@ impl<'a> Overlap<'a> {
             }
         }
     }
+}
+
+/// True if two facets stand for curves that lie in each other, as a pin in its hole.
+fn conforming([own, mortar]: [&Surface; 2], [f, g]: [usize; 2]) -> bool {
+    let bulge = |surface: &Surface, f: usize| surface.cambers[f].map_or(0.0, |c| c.half_angle);
+    !mortar.rigid && bulge(own, f) * bulge(mortar, g) < 0.0
+}
+
+/// What the nodes' displacements are multiplied with, beside the shape functions N, to give that of the curve along `normal`.
+///
+/// Between nodes that move radially by the same u a straight facet moves by only n . sum N_i n_i u = |m| u, m = sum N_i n_i, and
+/// meshes that do not match leave gaps of u times the sagitta over the radius, which single elements resist. The radial
+/// parts, sum N_i n_i . u_i / |m|, are as much too large. The mean of both, (n + n_i / |m|) / 2, is right to fourth order in
+/// the angle, and exact for rigid motions of a circle. `facing` are the nodes' normals n_i, turned together to make m point along
+/// `normal`: the rows' vectors then add up to it. Quadratic facets need no such care.
+fn in_the_round(
+    normal: &[f64; 3],
+    shape: &[f64; 3],
+    facing: &[[f64; 3]; 3],
+    n_nodes: usize,
+) -> [[f64; 3]; 3] {
+    if n_nodes != 2 {
+        return [*normal; 3];
+    }
+    let m = combine(shape.iter().copied().zip(facing).take(n_nodes));
+    let size2 = dot(&m, &m);
+    // Of the turn from m to the normal, over |m|.
+    let (cos, sin) = (dot(&m, normal) / size2, (m[0] * normal[1] - m[1] * normal[0]) / size2);
+    facing.map(|n| {
+        let turned = [cos * n[0] - sin * n[1], sin * n[0] + cos * n[1], 0.0];
+        combine([(0.5, normal), (0.5, &turned)])
+    })
 }
 
 /// What a displacement is multiplied with to give the change of the distance along `normal` from a rigid surface whose
@@ -243,9 +317,9 @@ fn balance(terms: &mut [Vec<(u32, [f64; 3])>; 2], mean: &[f64; 3]) {
 
 /// Which nodes of each edge carry a multiplier.
 ///
-/// Those a sufficient share of whose B has a partner. An edge that would have none, or a connected part with a
+/// Those a sufficient share of whose B has a partner and that are not `taken`. An edge that would have none, or a connected part with a
 /// single one (which could not transmit a moment), keeps the ends of its edges: a linear pressure.
-fn carriers(edges: &[Overlap]) -> Vec<Vec<bool>> {
+fn carriers(edges: &[Overlap], taken: &dyn Fn(u32) -> bool) -> Vec<Vec<bool>> {
     let mut share: BTreeMap<u32, f64> = BTreeMap::new();
     for edge in edges {
         for (&node, &s) in edge.edge.nodes().iter().zip(&edge.shares) {
@@ -253,7 +327,8 @@ fn carriers(edges: &[Overlap]) -> Vec<Vec<bool>> {
             *largest = larger(*largest, s);
         }
     }
-    let mut carry: BTreeMap<u32, bool> = share.into_iter().map(|(node, s)| (node, s >= CARRIES)).collect();
+    let mut carry: BTreeMap<u32, bool> =
+        share.into_iter().map(|(node, s)| (node, s >= CARRIES && !taken(node))).collect();
     for edge in edges {
         if !edge.edge.nodes().iter().any(|node| carry[node]) {
             carry.extend(edge.ends().map(|node| (node, true)));

@@ -13,6 +13,7 @@ mod tests;
 pub use curve::Curve;
 pub use hanging::{HangingSide, Slave};
 pub(super) use outline::follow;
+pub(crate) use outline::{Side, Smooth, smooth};
 
 use super::{Cell, Facet, Mesh};
 use crate::error::{Error, Result};
@@ -89,7 +90,7 @@ struct Build<'a> {
 impl<'a> Build<'a> {
     fn new(old: &'a Mesh, cut: &[bool]) -> Self {
         let mut mesh = Mesh { dim: old.dim, points: old.points.clone(), ..Mesh::default() };
-        mesh.curves = old.curves.clone();
+        (mesh.curves, mesh.unclear) = (old.curves.clone(), old.unclear.clone());
         mesh.cells.reserve(old.cells.len() + 3 * cut.iter().filter(|c| **c).count());
         let mut middles = HashMap::new();
         for side in &old.hanging {
@@ -164,6 +165,9 @@ impl<'a> Build<'a> {
         let Some(curve) = self.mesh.curves.remove(&ends) else {
             let node = self.node(middle(p, q));
             self.middles.insert(ends, node);
+            if let Some(doubt) = self.mesh.unclear.remove(&ends) {
+                self.mesh.unclear.extend([((ends.0, node), doubt), ((ends.1, node), doubt)]);
+            }
             return node;
         };
         let (at, [first, second]) = curve.halves(p, q);

@@ -93,8 +93,9 @@ pub fn values(summary: &Value, numbers: &[Number]) -> Vec<String> {
     numbers.iter().filter_map(fault).collect()
 }
 
-/// Agreement between numbers of ranks, to 1e-8; alternations within a fifth or ten, unless round-off ends them. Where
-/// bodies only touch, forces are round-off and displacements alone are compared; where parts are loose, forces alone.
+/// Agreement between numbers of ranks, to 1e-8. Where bodies only touch, forces are round-off and displacements alone are
+/// compared; where parts are loose, forces alone. Alternations are not compared: near the tolerance round-off decides
+/// when they end, and every number of ranks has the limit of the case.
 pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
     let keys: &[&str] = match (run.outcome.as_str(), run.loose) {
         ("touching", _) => &[],
@@ -103,43 +104,20 @@ pub fn ranks(one: &Value, other: &Value, run: &Run) -> Vec<Ratio> {
     };
     let mut ratios = differences(one, other, &Factors::ONE, keys);
     ratios.retain(|r| !run.loose || r.name != "displacement");
-    let any = run.loose || run.outcome == "touching" || [one, other].into_iter().any(ended_by_round_off);
-    let least = if any { f64::INFINITY } else { 10.0 };
-    named("ranks", ratios, 1e-8_f64.max(run.round_off), least, one, other)
+    named("ranks", ratios, 1e-8_f64.max(run.round_off))
 }
 
-/// True if the tolerance is below what round-off lets the alternation reach.
-fn ended_by_round_off(summary: &Value) -> bool {
-    let warnings = summary["warnings"].as_array().into_iter().flatten();
-    warnings.filter_map(Value::as_str).any(|text| text.contains("round-off ends the alternation"))
-}
-
-/// Agreement with the sides swapped: forces and displacements to the tolerance, alternations within a fifth.
+/// Agreement with the sides swapped: forces and displacements to the tolerance.
 pub fn swap(one: &Value, other: &Value, tolerance: f64) -> Vec<Ratio> {
-    let ratios = differences(one, other, &Factors::ONE, &["normal_force"]);
-    named("swap", ratios, tolerance, 1.0, one, other)
+    named("swap", differences(one, other, &Factors::ONE, &["normal_force"]), tolerance)
 }
 
-/// Names and limits of differences; the alternations within a fifth, or `least`.
-fn named(
-    name: &str,
-    mut ratios: Vec<Ratio>,
-    tolerance: f64,
-    least: f64,
-    one: &Value,
-    other: &Value,
-) -> Vec<Ratio> {
+/// Names and limits of differences.
+fn named(name: &str, mut ratios: Vec<Ratio>, tolerance: f64) -> Vec<Ratio> {
     ratios.iter_mut().for_each(|r| {
         r.name = format!("{name}: {}", r.name);
         r.ratio /= tolerance;
     });
-    let counts = [one, other].map(|s| s["alternations"].as_u64().unwrap_or(0));
-    let allowed = (0.2 * counts[0].max(counts[1]) as f64).ceil().max(least);
-    let difference = counts[0].abs_diff(counts[1]) as f64;
-    // A count within its limit is not what an engineer looks for in the table.
-    ratios.extend(
-        (difference > allowed).then(|| Ratio::new(format!("{name}: alternations"), difference, allowed)),
-    );
     ratios
 }
 

@@ -24,6 +24,8 @@ pub struct Item {
     run: Run,
     /// Relative difference that the swap of the sides may make; `None`: not swapped.
     swap: Option<f64>,
+    /// `--set` arguments: none, or those for `geometry = "updated"` of all pairs.
+    sets: Vec<String>,
 }
 
 /// How an item ended: one line of the table.
@@ -74,11 +76,35 @@ pub fn items(quick: bool, filter: &str) -> Vec<Item> {
         for run in run {
             let name = run.variant.as_ref().map_or(name.clone(), |variant| format!("{name}/{variant}"));
             let swap = run.swap.or(swap).filter(|tolerance| *tolerance > 0.0);
-            items.push(Item { directory: directory.clone(), name, run, swap });
+            items.push(Item { directory: directory.clone(), name, run, swap, sets: Vec::new() });
         }
     }
     items.retain(|item| item.name.contains(filter) && (!quick || item.run.quick));
     items
+}
+
+/// The items with `geometry = "updated"` in all pairs; those without a pair, or with a gap that is a number, have none.
+pub fn updated(items: Vec<Item>) -> Vec<Item> {
+    let of = |mut item: Item| {
+        let case = kontakt::case::read(&item.directory, item.run.variant.as_deref(), &[]).ok()?;
+        let follows = |c: &kontakt::case::ContactCase| matches!(c.gap, kontakt::case::Gap::Geometry { .. });
+        if case.contacts.is_empty() || !case.contacts.iter().all(follows) {
+            return None;
+        }
+        let set = |c: &kontakt::case::ContactCase| format!("contact.{}.geometry=\"updated\"", c.name);
+        item.sets = case.contacts.iter().map(set).collect();
+        item.name += " (updated)";
+        if item.run.updated.is_some() {
+            item.run.values.clear();
+            item.run.profile.clear();
+            item.run.slope.clear();
+        }
+        // These are of the small changes that updates bring, and of the count without them.
+        item.run.same.clear();
+        item.run.alternations_max = u64::MAX;
+        Some(item)
+    };
+    items.into_iter().filter_map(of).collect()
 }
 
 /// Every variant has an expectation and every expectation a variant; a fault a line.
@@ -132,7 +158,7 @@ fn start(directory: &Path, variant: Option<&str>, ranks: usize, sets: &[String])
 
 /// Runs an item on its numbers of ranks and with the sides of its pairs swapped, and checks everything.
 pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
-    let Item { directory, run, .. } = item;
+    let Item { directory, run, sets, .. } = item;
     let variant = run.variant.as_deref();
     let mut row = Row {
         case: item.name.clone(),
@@ -147,10 +173,11 @@ pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
     let mut ratios = Vec::new();
     let mut first: Option<Outcome> = None;
     for &n in ranks.unwrap_or(&run.ranks) {
-        let found = start(directory, variant, n, &[]);
+        let found = start(directory, variant, n, sets);
         let mut faults = outcome_faults(&found, run);
         if faults.is_empty() && found.code == Some(0) {
             ratios.extend(compare::invariants(&found.summary, run.round_off));
+            faults.extend(too_many_alternations(&found, run));
             match &first {
                 None => faults.extend(numbers(&found, item, &mut ratios)),
                 Some(one) => ratios.extend(compare::ranks(&one.summary, &found.summary, run)),
@@ -167,8 +194,10 @@ pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
     if let (Some(tolerance), Some(one), true) = (item.swap, &first, row.faults.is_empty())
         && one.name == "converged"
     {
-        let found = start(directory, variant, 1, &swapped(directory, variant));
+        let sets = [&sets[..], &swapped(directory, variant)].concat();
+        let found = start(directory, variant, 1, &sets);
         let faults = outcome_faults(&found, run);
+        row.faults.extend(too_many_alternations(&found, run));
         if faults.is_empty() {
             ratios.extend(compare::swap(&one.summary, &found.summary, tolerance));
         }
@@ -231,14 +260,19 @@ fn outcome_faults(found: &Outcome, run: &Run) -> Vec<String> {
     faults
 }
 
+/// More alternations a load step than the run allows.
+fn too_many_alternations(found: &Outcome, run: &Run) -> Option<String> {
+    let of_steps = found.summary["steps"].as_array().map_or(Vec::new(), Vec::clone);
+    let of_steps = if of_steps.is_empty() { vec![found.summary.clone()] } else { of_steps };
+    let most = of_steps.iter().filter_map(|step| step["alternations"].as_u64()).max();
+    let most = most.filter(|most| *most > run.alternations_max)?;
+    Some(format!("{most} alternations, more than {}", run.alternations_max))
+}
+
 /// The numbers expected of the item.
 fn numbers(found: &Outcome, item: &Item, ratios: &mut Vec<Ratio>) -> Vec<String> {
     let run = &item.run;
     let mut faults = compare::values(&found.summary, &run.values);
-    let alternations = found.summary["alternations"].as_u64().unwrap_or(u64::MAX);
-    if let Some(most) = run.alternations_max.filter(|most| alternations > *most) {
-        faults.push(format!("{alternations} alternations, more than {most}"));
-    }
     faults.extend(results::check(found.directory.path(), &found.summary, run, ratios));
     for same in &run.same {
         let other = same.case.as_ref().map_or(item.directory.clone(), |case| root().join(case));

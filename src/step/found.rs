@@ -1,18 +1,20 @@
 //! What a driver found, end by end of the pairs, whichever driver it was.
-use super::rows::Pair;
-use crate::vector::larger;
+use super::{length::contact_length, rows::Pair};
+use crate::vector::{larger, worst};
 use crate::{
     contact::{
         Surface,
         vector::{combine, dot},
     },
+    parallel,
     record::{HistoryRow, Reason, SideTable},
     schwarz,
 };
+use mpi::topology::SimpleCommunicator;
 
 /// The outcome of a load step, on the first rank of a group; mostly empty elsewhere.
 #[derive(Debug, Clone)]
-pub(super) struct Found {
+pub(crate) struct Found {
     pub reason: Reason,
     pub history: Vec<HistoryRow>,
     pub updates: u64,
@@ -30,11 +32,15 @@ pub(super) struct Found {
     pub held_modes: Vec<String>,
     pub diagnosis: Vec<String>,
     pub warnings: Vec<String>,
+    /// Warnings of surfaces that have turned away from the normals they had.
+    pub turned: Vec<String>,
+    /// The residual that round-off leaves, if that is more than the tolerance.
+    pub round_off: Option<f64>,
 }
 
 /// One end of a pair.
 #[derive(Debug, Clone)]
-pub(super) struct EndFound {
+pub(crate) struct EndFound {
     pub pair: usize,
     /// Side in the case: 0 is A.
     pub side: usize,
@@ -44,6 +50,8 @@ pub(super) struct EndFound {
     pub multiplier: bool,
     pub table: SideTable,
     pub normal_force: f64,
+    /// Length in contact, m, where the pair is counted.
+    pub length: f64,
     pub active: usize,
     pub candidates: usize,
     /// Nodes in contact without a single conjugate node: pointwise transfer of the relaxed driver only.
@@ -53,6 +61,8 @@ pub(super) struct EndFound {
     pub beyond: f64,
     /// Largest |pressure x gap|, and the largest gap or travel, m.
     pub complementarity: [f64; 2],
+    /// Largest elastic approach at a candidate, m.
+    pub approach: f64,
 }
 
 impl Found {
@@ -70,6 +80,17 @@ impl Found {
             held_modes: Vec::new(),
             diagnosis: Vec::new(),
             warnings: Vec::new(),
+            turned: Vec::new(),
+            round_off: None,
+        }
+    }
+
+    /// Where a node beyond the candidates penetrates, this is no solution. Collective.
+    pub fn refuse_penetration(&mut self, world: &SimpleCommunicator) {
+        let deepest = self.ends.iter().map(|end| end.beyond).fold(0.0, larger);
+        let [deepest, threshold] = parallel::max(world, &[deepest, self.gap_threshold])[..] else { return };
+        if deepest > threshold && self.reason.converged() {
+            self.reason = Reason::Penetration;
         }
     }
 
@@ -113,7 +134,10 @@ impl EndFound {
             let lengths = [gaps[j].abs(), row.gap.abs(), (row.gap - gaps[j]).abs(), elastic[j]];
             complementarity[1] = lengths.into_iter().fold(complementarity[1], larger);
         }
+        let touches: Vec<bool> = table.status.iter().map(|s| *s == 2).collect();
+        let length = contact_length(surface, &data.cover, &table.pressure, &touches);
         EndFound {
+            length,
             pair,
             side,
             counts: true,
@@ -126,6 +150,7 @@ impl EndFound {
             penetration: gaps.iter().map(|g| -g).fold(0.0, larger),
             beyond: 0.0,
             complementarity,
+            approach: worst(elastic.iter().copied()),
         }
     }
 
@@ -156,18 +181,20 @@ impl EndFound {
             multiplier: false,
             table,
             normal_force: 0.0,
+            length: 0.0,
             active: 0,
             candidates: 0,
             unmatched: 0,
             penetration: 0.0,
             beyond: 0.0,
             complementarity: [0.0; 2],
+            approach: 0.0,
         }
     }
 }
 
 /// A table of a surface without contact.
-pub(super) fn empty_table(surface: &Surface) -> SideTable {
+pub(crate) fn empty_table(surface: &Surface) -> SideTable {
     let n = surface.nodes.len();
     SideTable {
         s: surface.s.clone(),

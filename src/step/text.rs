@@ -3,7 +3,7 @@ use crate::parallel;
 use mpi::topology::SimpleCommunicator;
 
 /// The lines of all ranks, in rank order, on every rank. Collective.
-pub(super) fn gather_lines(world: &SimpleCommunicator, own: &[String]) -> Vec<String> {
+pub(crate) fn gather_lines(world: &SimpleCommunicator, own: &[String]) -> Vec<String> {
     let bytes: Vec<f64> = own.iter().flat_map(|line| line.bytes().chain([b'\n'])).map(f64::from).collect();
     let mut all = parallel::gather(world, &bytes);
     parallel::broadcast(world, 0, &mut all);

@@ -1,9 +1,11 @@
 //! The contact rows of this rank's pairs: found, followed as the surfaces move, and given to the driver.
 use super::{
-    Plan,
-    active::Step,
+    active::Place,
     found::{EndFound, Found},
+    neutral::Neutral,
     rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
+    state::{NodeState, PairState, State, Status},
+    task::{Scene, Solution, Task},
 };
 use crate::vector::{larger, smaller, worst};
 use crate::{
@@ -14,47 +16,30 @@ use crate::{
     estimate::pressure::{self, Chain},
     parallel::Exchange,
     record::{HistoryRow, Reason},
-    schwarz::{AUTOMATIC, ActiveSet, Coarse, Coupling, End, Limits, Respond},
+    scene::Plan,
+    schwarz::{AUTOMATIC, ActiveSet, Coarse, Coupling, End, Limits, Outcome, PairRows, Projector, Respond},
 };
+use nalgebra::DMatrix;
 use std::collections::HashMap;
 
+/// Sagittas in doubt beyond this share of what the contact forces move the surfaces by change the pressure by as much.
+const UNCLEAR: f64 = 0.01;
+
 /// Pairs and rows as the first rank of a group holds them.
-pub(super) struct Contacts {
+pub(crate) struct Contacts {
     pub pairs: Vec<Option<Pair>>,
     pub shares: Shares,
     held: Vec<[Vec<bool>; 2]>,
-    /// Row forces of the last step, by row, and those of springs if they are known.
-    warm: Option<Vec<f64>>,
-}
-
-/// The deformed geometry that the rows were taken from.
-#[derive(Default)]
-pub(super) struct Geometry {
-    pub solution: Solution,
-    /// Per body: displacement of its interface nodes, m; empty before the first update.
-    pub displacement: Vec<Vec<[f64; 3]>>,
-    /// Gap of each row of each end at zero displacement, as seen from the deformed geometry, m.
+    /// Gap of each row of each end at zero displacement, as seen from the deformed geometry, m; `None`: the rows' own.
     gaps: Option<Vec<Vec<f64>>>,
 }
 
-/// Row forces and mode amplitudes of this rank's bodies.
-#[derive(Default)]
-pub(super) struct Solution {
-    pub force: Vec<Vec<f64>>,
-    pub alpha: Vec<Vec<f64>>,
-    /// Motions of all modes that nothing restrains; the same on all first ranks.
-    pub unrestrained: Vec<Vec<f64>>,
-}
-
-/// What a solve needs to know.
-pub(super) struct Task<'t, 'e> {
-    pub step: Step<'t, 'e>,
-    pub geometry: &'t Geometry,
-    /// First mode and number of modes of each of this rank's bodies.
-    pub first_mode: &'t [usize],
-    pub counts: &'t [usize],
-    pub n_modes: usize,
-    pub names: &'t dyn Fn(usize, usize) -> String,
+/// How the driver ended.
+enum Ended {
+    /// With an answer, or without one but with a reason.
+    Outcome(Outcome),
+    /// At a motion on which the loads work and which nothing stops.
+    Driven(Vec<f64>),
 }
 
 /// Overlap over the size of a body from which on it is no fit: the tightest shrink fits of machines have 0.3 % of the
@@ -70,6 +55,7 @@ fn gap_in_words(rows: &[Row]) -> String {
         true => "no node has a counterpart within the search distance".into(),
         false if least < 0.0 && most > 0.0 => format!("overlap up to {:.3e}, gap up to {most:.3e}", -least),
         false if least < 0.0 => format!("overlap {:.3e} to {:.3e}", -most, -least),
+        false if most == 0.0 => "touching".into(),
         false => format!("gap {least:.3e} to {most:.3e}"),
     }
 }
@@ -145,16 +131,17 @@ impl Contacts {
             nodes.dedup();
         });
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
-        Ok(Contacts { pairs, shares, held, warm: None })
+        Ok(Contacts { pairs, shares, held, gaps: None })
     }
 
-    pub fn follow(&mut self, step: &Step, geometry: &mut Geometry) {
-        let Step { case, plan, exchange, factors, .. } = *step;
+    /// Finds the rows again on the displaced surfaces. Collective on the roots.
+    pub fn follow(&mut self, scene: &Scene, to: &Place) {
+        let Scene { case, plan, exchange } = *scene;
         let interface = self.shares.interface.clone();
         let places: Vec<HashMap<u32, usize>> =
             interface.iter().map(|nodes| nodes.iter().enumerate().map(|(k, &n)| (n, k)).collect()).collect();
         let at = |place: usize, node: u32| -> [f64; 3] {
-            places[place].get(&node).map_or([0.0; 3], |&k| geometry.displacement[place][k])
+            places[place].get(&node).map_or([0.0; 3], |&k| to.displacement[place][k])
         };
         let is_updated = |pair: usize| case.contacts[pair].geometry == ContactGeometry::Updated;
         let moved: Vec<Surface> = std::iter::zip(&plan.surfaces, &plan.ends)
@@ -170,34 +157,19 @@ impl Contacts {
         let mut surfaces = both_surfaces(case, plan, exchange, &moved);
         for (i, &(pair, side, _)) in plan.ends.iter().enumerate() {
             if let (true, Some(motion)) = (is_updated(pair), rigid_motion(case, pair, 1 - side)) {
-                let u = motion.map(|m| factors.supports * m);
+                let u = motion.map(|m| to.supports * m);
                 surfaces[i][1] = surfaces[i][1].moved(&vec![u; surfaces[i][1].nodes.len()]);
             }
         }
         let pairs = pair_rows(case, plan, &surfaces, &self.held);
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
-        // Forces go with the multiplier's node.
-        if let Some(warm) = &self.warm {
-            let mut by_node = HashMap::new();
-            let mut next = 0;
-            for (end, old) in ends_with_rows(&self.shares.ends, &self.pairs) {
-                for row in old {
-                    by_node.insert((end.pair, row.node), warm[next]);
-                    next += 1;
-                }
-            }
-            let of = |end: &End, row: &Row| by_node.get(&(end.pair, row.node)).copied().unwrap_or(0.0);
-            let moved = ends_with_rows(&shares.ends, &pairs);
-            self.warm =
-                Some(moved.flat_map(|(end, rows)| rows.iter().map(move |row| of(end, row))).collect());
-        }
         // What the rows' own displacements would be of the present motion.
         let present: Vec<Vec<f64>> = shares
             .ends
             .iter()
             .map(|end| {
                 let displaced = |row: &BodyRow| -> f64 {
-                    row.terms.iter().map(|(k, v)| dot(v, &geometry.displacement[end.body][*k])).sum()
+                    row.terms.iter().map(|(k, v)| dot(v, &to.displacement[end.body][*k])).sum()
                 };
                 shares.body_rows[end.body][end.rows.clone()].iter().map(displaced).collect()
             })
@@ -216,44 +188,66 @@ impl Contacts {
                 .enumerate()
                 .map(|(j, row)| row.gap + if is_updated(end.pair) { present[i][j] + other(j) } else { 0.0 })
                 .zip(pairs[end.pair].iter().flat_map(|p| &p.rigid_motion))
-                .map(|(gap, motion)| gap + if is_updated(end.pair) { factors.supports * motion } else { 0.0 })
+                .map(|(gap, motion)| gap + if is_updated(end.pair) { to.supports * motion } else { 0.0 })
                 .collect()
         });
-        geometry.gaps = Some(gaps.collect());
+        self.gaps = Some(gaps.collect());
         self.pairs = pairs;
         self.shares = shares;
     }
 
-    /// Runs the driver on the rows as they are. Collective on the roots, the other ranks serving.
+    /// Runs the driver on the rows as they are: from the forces that are known, and should that find no solution, once
+    /// more from none, for the old set of contacts may hide the new one. Collective on the roots, the other ranks serving.
     pub fn solve(
-        &mut self,
+        &self,
         task: &Task,
+        neutral: &[Neutral],
         responses: &mut [Response],
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
-        let Step { case, plan, exchange, number, factors } = task.step;
-        let mut rows = self.shares.rows.clone();
-        for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
-            let Some(pair) = &self.pairs[end.pair] else { continue };
-            let updated = case.contacts[end.pair].geometry == ContactGeometry::Updated;
-            if let (true, Some(gaps)) = (updated, &task.geometry.gaps) {
-                rows[i].gap = gaps[i].clone();
-            }
-            // A rigid surface's motion is given.
-            std::iter::zip(&mut rows[i].gap, &pair.rigid_motion)
-                .for_each(|(gap, motion)| *gap -= factors.supports * motion);
+        let warm = self.known_forces(task);
+        let known = warm.iter().any(|f| *f != 0.0);
+        let known = task.scene.exchange.max(&[f64::from(u8::from(known))])[0] > 0.0;
+        if !known {
+            return self.solve_from(task, neutral, responses, None, progress);
         }
+        let failed = match self.solve_from(task, neutral, responses, Some(&warm), progress) {
+            Ok((found, solution)) if found.reason.converged() => return Ok((found, solution)),
+            Ok((found, _)) => found,
+            Err(Error::Unrestrained(_)) => Found::none(),
+            Err(error) => return Err(error),
+        };
+        let (mut found, solution) = self.solve_from(task, neutral, responses, None, progress)?;
+        let counts = (failed.updates, failed.force_steps, failed.displacement_steps);
+        found.prepend(failed.history, counts);
+        Ok((found, solution))
+    }
+
+    /// Runs the driver once; `warm`: row forces to begin with. Collective on the roots.
+    fn solve_from(
+        &self,
+        task: &Task,
+        neutral: &[Neutral],
+        responses: &mut [Response],
+        warm: Option<&[f64]>,
+        progress: &mut impl FnMut(&HistoryRow),
+    ) -> Result<(Found, Solution)> {
+        let Scene { case, plan, exchange } = task.scene;
+        let rows = self.rows_of_step(task);
         let mut coupling = Coupling::new(responses, &self.shares.ends, exchange);
         coupling.names = plan.groups.bodies().iter().map(|&b| case.bodies[b].name.clone()).collect();
         let scaling: Vec<f64> =
             rows.iter().flat_map(|rows| std::iter::repeat_n(rows.stiffness, rows.gap.len())).collect();
-        let coarse = Coarse::new(&coupling, task.n_modes, task.first_mode, scaling);
+        let mut coarse = Coarse::new(&coupling, task.modes.total, &task.modes.first, scaling);
+        hold(task, neutral, &*coupling.bodies, &mut coarse)?;
         let (start, automatic) = match case.alternation.tolerance {
             Tolerance::Automatic => (AUTOMATIC[0], true),
             Tolerance::Fixed(tolerance) => (tolerance, false),
         };
         let limits = Limits { tolerance: start, max_alternations: case.alternation.max_alternations };
         let n_pairs = case.contacts.len();
+        let number = task.target.number;
+        let warm = warm.map(|warm| with_springs(warm, &coarse, exchange));
         let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, n_pairs, number);
         let chains: Vec<Chain> =
             if automatic { plan.surfaces.iter().map(Chain::new).collect() } else { Vec::new() };
@@ -271,45 +265,88 @@ impl Contacts {
             driver.mesh_error = Some(&mesh_error);
         }
         let mut not_finite = None;
-        let outcome = match driver.run(self.warm.as_deref(), progress) {
-            Ok(Ok(outcome)) => outcome,
-            Ok(Err(motion)) => return Err(unrestrained(task, &motion)),
+        let ended = match driver.run(warm.as_deref(), progress) {
+            Ok(Ok(outcome)) => Ended::Outcome(outcome),
+            Ok(Err(motion)) => Ended::Driven(motion),
             // The state is that before the answer.
             Err(Error::NotFinite(what)) => {
                 not_finite = Some(what);
-                driver.outcome(Reason::NotFinite)
+                Ended::Outcome(driver.outcome(Reason::NotFinite))
             }
             Err(error) => return Err(error),
         };
+        let outcome = match ended {
+            Ended::Outcome(outcome) => outcome,
+            Ended::Driven(motion) => return Err(unrestrained(task, &motion)),
+        };
         let projector = coarse.projector(exchange, &driver.active);
-        let free: Vec<usize> = projector.free_modes(task.n_modes);
-        if let (true, Some(motion)) = (outcome.reason.converged(), projector.driven(&coarse.work)) {
-            return Err(unrestrained(task, &motion));
-        }
-        let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
-        let elastic = driver.elastic_approach();
-        let threshold = driver.gap_threshold();
-        let mut found = Found::none();
-        found.reason =
-            if n_pairs == 0 && outcome.reason.converged() { Reason::NoContact } else { outcome.reason };
-        found.history = outcome.history;
-        (found.updates, found.gap_threshold) = (driver.updates as u64, threshold);
-        (found.force_steps, found.displacement_steps) =
-            (driver.coupling.steps.force as u64, driver.coupling.steps.displacement as u64);
-        for (b, &first) in task.first_mode.iter().enumerate() {
-            let body = &case.bodies[plan.groups.bodies()[b]].name;
-            // Soft modes have a stiffness of their own.
-            for k in (first..first + task.counts[b]).filter(|k| coarse.stiffness[*k] == 0.0) {
-                let line = format!("{body}\t{}", (task.names)(b, k - first));
-                if free.contains(&k) { found.free_modes.push(line) } else { found.held_modes.push(line) }
+        if outcome.reason.converged() {
+            let pushed = coarse.restrict(exchange, |j| driver.force[j]);
+            let missing: Vec<f64> = std::iter::zip(&coarse.work, pushed).map(|(e, p)| e - p).collect();
+            let absolute = coarse.absolute_work(exchange, &driver.force);
+            let scale: Vec<f64> = std::iter::zip(&coarse.work, absolute).map(|(e, a)| e.abs() + a).collect();
+            if let Some(motion) = projector.driven(&missing, &scale) {
+                return Err(unrestrained(task, &motion));
             }
         }
+        let (mut found, solution) = self.report(task, &driver, &projector, outcome);
+        // All first ranks have agreed on it.
+        found.diagnosis.extend(not_finite.filter(|_| plan.groups.own == 0));
+        Ok((found, solution))
+    }
+
+    /// What the driver needs of the rows: gaps as seen from the geometry, less the given motion of rigid surfaces.
+    fn rows_of_step(&self, task: &Task) -> Vec<PairRows> {
+        let case = task.scene.case;
+        let mut rows = self.shares.rows.clone();
+        for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+            let Some(pair) = &self.pairs[end.pair] else { continue };
+            let updated = case.contacts[end.pair].geometry == ContactGeometry::Updated;
+            if let (true, Some(gaps)) = (updated, &self.gaps) {
+                rows[i].gap = gaps[i].clone();
+            }
+            std::iter::zip(&mut rows[i].gap, &pair.rigid_motion)
+                .for_each(|(gap, motion)| *gap -= task.target.factors.supports * motion);
+        }
+        rows
+    }
+
+    /// Forces of the rows that are known: they go with the nodes of the multipliers.
+    fn known_forces(&self, task: &Task) -> Vec<f64> {
+        let known = State::forces(task.warm);
+        let plan = task.scene.plan;
+        let mut forces = Vec::new();
+        for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+            let Some(pair) = &self.pairs[end.pair] else { continue };
+            let nodes = pair.rows.iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
+            let key = |node| (end.pair, plan.ends[i].1, node);
+            forces.extend(nodes.map(|node| known.get(&key(node)).copied().unwrap_or(0.0)));
+        }
+        forces
+    }
+
+    /// What the driver found, for the results and for the bodies. Collective on the roots.
+    fn report(
+        &self,
+        task: &Task,
+        driver: &ActiveSet<Response>,
+        projector: &Projector,
+        outcome: Outcome,
+    ) -> (Found, Solution) {
+        let Scene { case, plan, exchange } = task.scene;
+        let mut found = Found::none();
+        let untouched = case.contacts.is_empty() && outcome.reason.converged();
+        found.reason = if untouched { Reason::NoContact } else { outcome.reason };
+        found.history = outcome.history;
+        (found.updates, found.gap_threshold) = (driver.updates as u64, driver.gap_threshold());
+        (found.force_steps, found.displacement_steps) =
+            (driver.coupling.steps.force as u64, driver.coupling.steps.displacement as u64);
+        [found.free_modes, found.held_modes] = free_and_held_modes(task, driver.coarse, projector);
         if !found.reason.converged() {
             found.diagnosis = self.diagnose(task, &driver.flipped);
-            // All first ranks have agreed on it.
-            found.diagnosis.extend(not_finite.filter(|_| plan.groups.own == 0));
         }
         found.tolerance = driver.limits.tolerance;
+        found.round_off = driver.round_off;
         if let (Some(residual), Tolerance::Fixed(_), 0) =
             (driver.round_off, case.alternation.tolerance, plan.groups.own)
         {
@@ -318,48 +355,73 @@ impl Contacts {
                 found.tolerance
             ));
         }
-        let (force, alpha, active) = (driver.force.clone(), driver.alpha.clone(), driver.active.clone());
-        let ranges = driver.coupling.ranges.clone();
-        self.warm = Some(force.clone());
         // Mortar ends learn the row forces.
-        let out: Vec<Vec<f64>> = ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
+        let ranges = &driver.coupling.ranges;
+        let out: Vec<Vec<f64>> = ranges.iter().map(|range| driver.force[range.clone()].to_vec()).collect();
         let received = exchange.swap(&out);
         // Where nothing touches, free bodies stay where they are unless the others would then penetrate them.
         let penetrates = driver.would_penetrate_at_rest();
         let holds = outcome.reason != Reason::Open || !penetrates;
+        let unrestrained = projector.unrestrained.iter().filter(|_| holds);
+        let modes = std::iter::zip(&task.modes.first, &task.modes.counts);
         let mut solution = Solution {
-            unrestrained: projector
-                .unrestrained
-                .iter()
-                .filter(|_| holds)
-                .map(|v| v.as_slice().to_vec())
-                .collect(),
-            force: responses.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
-            alpha: std::iter::zip(task.first_mode, task.counts)
-                .map(|(&f, &count)| alpha[f..f + count].to_vec())
-                .collect(),
+            unrestrained: unrestrained.map(|v| v.as_slice().to_vec()).collect(),
+            force: driver.coupling.bodies.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
+            alpha: modes.map(|(&f, &count)| driver.alpha[f..f + count].to_vec()).collect(),
+            relief: driver.coarse.relief(exchange, &driver.force),
+            pairs: Vec::new(),
         };
+        let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
+        let elastic = driver.elastic_approach();
+        found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
         for (i, end) in self.shares.ends.iter().enumerate() {
             let values = if end.multiplier { &out[i] } else { &received[i] };
             solution.force[end.body][end.rows.clone()].copy_from_slice(values);
             let Some(pair) = &self.pairs[end.pair] else { continue };
             let (surface, side) = (&plan.surfaces[i], plan.ends[i].1);
-            found.ends.push(if end.multiplier {
-                let range = ranges[i].clone();
-                EndFound::of_multipliers(
-                    surface,
-                    end.pair,
-                    side,
-                    pair,
-                    &force[range.clone()],
-                    [&gaps[range.clone()], &elastic[range.clone()]],
-                    &active[range],
-                )
-            } else {
-                EndFound::of_mortar(surface, end.pair, side, pair, values)
-            });
+            if !end.multiplier {
+                found.ends.push(EndFound::of_mortar(surface, end.pair, side, pair, values));
+                continue;
+            }
+            let range = ranges[i].clone();
+            let active = &driver.active[range.clone()];
+            let of_range = [&gaps[range.clone()], &elastic[range]];
+            found
+                .ends
+                .push(EndFound::of_multipliers(surface, end.pair, side, pair, values, of_range, active));
+            let state = |(row, (force, active)): (&Row, (&f64, &bool))| NodeState {
+                node: surface.nodes[row.node as usize],
+                force: *force,
+                status: if *active { Status::Closed } else { Status::Open },
+            };
+            let nodes = std::iter::zip(&pair.rows, std::iter::zip(values, active)).map(state).collect();
+            solution.pairs.push(PairState { pair: end.pair, side, nodes });
         }
-        Ok((found, solution))
+        (found, solution)
+    }
+
+    /// A warning for each pair whose gaps depend on what the nodes of a mesh do not tell: curve or polygon. `elastic`: what
+    /// the contact forces change of each gap, m.
+    fn unclear_curves(&self, task: &Task, gaps: &[f64], elastic: &[f64], active: &[bool]) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let mut next = 0;
+        for end in self.shares.ends.iter().filter(|end| end.multiplier) {
+            let Some(pair) = &self.pairs[end.pair] else { continue };
+            let first = next;
+            next += pair.rows.len();
+            let near = (0..pair.rows.len()).filter(|j| active[first + j] || gaps[first + j] < pair.doubt[*j]);
+            let doubt = near.map(|j| pair.doubt[j]).fold(0.0, larger);
+            let elastic = elastic[first..next].iter().copied().fold(0.0, larger);
+            if doubt > UNCLEAR * elastic {
+                warnings.push(format!(
+                    "contact '{}': the nodes of a mesh from a file do not tell whether its sides are those of a polygon, which they \
+                     are taken for, or of a coarse curve, which would lie {doubt:.1e} m from them; the contact forces move \
+                     the surfaces by {elastic:.1e} m: use a finer mesh or quadratic cells",
+                    task.scene.case.contacts[end.pair].name
+                ));
+            }
+        }
+        warnings
     }
 
     /// What a user can do about a failure: the nodes that do not settle, pair by pair.
@@ -374,7 +436,7 @@ impl Contacts {
                 .iter()
                 .filter(|j| range.contains(j))
                 .map(|j| {
-                    let x = task.step.plan.surfaces[i].points[pair.rows[j - range.start].node as usize];
+                    let x = task.scene.plan.surfaces[i].points[pair.rows[j - range.start].node as usize];
                     format!("({:.4e}, {:.4e})", x[0], x[1])
                 })
                 .collect();
@@ -382,7 +444,7 @@ impl Contacts {
                 let shown = points.len().min(6);
                 lines.push(format!(
                     "contact '{}': {} node(s) still change between open and closed, near {}{}",
-                    task.step.case.contacts[end.pair].name,
+                    task.scene.case.contacts[end.pair].name,
                     points.len(),
                     points[..shown].join(", "),
                     if points.len() > shown { ", ..." } else { "" }
@@ -414,9 +476,66 @@ fn ends_with_rows<'s>(
         .filter_map(|end| Some((end, &pairs[end.pair].as_ref()?.rows[..])))
 }
 
+/// "body\tmode" of each rigid motion of this rank's bodies: those that nothing restrains, and those that contact holds.
+fn free_and_held_modes(task: &Task, coarse: &Coarse, projector: &Projector) -> [Vec<String>; 2] {
+    let Scene { case, plan, .. } = task.scene;
+    let free = projector.free_modes(task.modes.total);
+    let [mut unheld, mut held] = [Vec::new(), Vec::new()];
+    for (b, (&first, &n)) in std::iter::zip(&task.modes.first, &task.modes.counts).enumerate() {
+        let body = &case.bodies[plan.groups.bodies()[b]].name;
+        // Soft modes have a stiffness of their own.
+        for k in (first..first + n).filter(|k| coarse.stiffness[*k] == 0.0) {
+            let line = format!("{body}\t{}", (task.names)(b, k - first));
+            if free.contains(&k) { unheld.push(line) } else { held.push(line) }
+        }
+    }
+    [unheld, held]
+}
+
+/// Holds the bodies' motions along their own surfaces, unless the loads drive them. Collective on the roots.
+fn hold(task: &Task, neutral: &[Neutral], bodies: &[Response], coarse: &mut Coarse) -> Result<()> {
+    let exchange = task.scene.exchange;
+    let (n, any) = (coarse.n, exchange.max(&[neutral.len() as f64])[0] > 0.0);
+    if !any || n == 0 {
+        return Ok(());
+    }
+    let mut onto = vec![0.0; n * n];
+    let mut driven = vec![0.0; n];
+    for held in neutral {
+        let first = task.modes.first[held.place];
+        let scale = bodies[held.place].mode_scale();
+        let at = |k: usize| coarse.work[first + k];
+        let work: f64 = held.motion.iter().enumerate().map(|(k, v)| v * at(k)).sum();
+        // The motion is a unit vector, its small parts round-off.
+        let most = scale.iter().take(held.motion.len()).map(|s| s * s).sum::<f64>().sqrt();
+        for (k, v) in held.motion.iter().enumerate() {
+            if work.abs() > held.faceted * most {
+                driven[first + k] += work * v;
+            }
+            for (l, w) in held.motion.iter().enumerate() {
+                onto[(first + k) * n + first + l] += v * w;
+            }
+        }
+    }
+    let driven = exchange.sum(&driven);
+    if driven.iter().any(|d| *d != 0.0) {
+        return Err(unrestrained(task, &driven));
+    }
+    coarse.hold(&DMatrix::from_row_slice(n, n, &exchange.sum(&onto)));
+    Ok(())
+}
+
+/// Row forces with those of the springs that are in equilibrium with them. Collective on the roots.
+fn with_springs(forces: &[f64], coarse: &Coarse, exchange: &Exchange) -> Vec<f64> {
+    let pushed = coarse.restrict(exchange, |j| forces.get(j).copied().unwrap_or(0.0));
+    let mut all = forces.to_vec();
+    all.extend(coarse.spring_forces(&pushed));
+    all
+}
+
 /// The bodies that move together where nothing stops them, and their motion. Collective on the roots.
 fn unrestrained(task: &Task, motion: &[f64]) -> Error {
-    let Step { case, exchange, .. } = task.step;
+    let Scene { case, exchange, .. } = task.scene;
     let modes = exchange.agree(own_modes(task));
     let modes = match modes {
         Ok(own) => exchange.sum(&own),
@@ -448,14 +567,14 @@ const MODE: usize = 7;
 
 /// The rigid modes of this rank's bodies, among those of all.
 fn own_modes(task: &Task) -> Result<Vec<f64>> {
-    let Step { case, plan, .. } = task.step;
-    let mut numbers = vec![0.0; MODE * task.n_modes];
+    let Scene { case, plan, .. } = task.scene;
+    let mut numbers = vec![0.0; MODE * task.modes.total];
     for (i, (&b, mesh)) in std::iter::zip(plan.groups.bodies(), &plan.meshes).enumerate() {
         let free = FreeModes::new(mesh, &Constraints::new(&case.bodies[b], mesh)?);
-        for (k, mode) in free.modes.iter().enumerate().take(task.counts[i]) {
+        for (k, mode) in free.modes.iter().enumerate().take(task.modes.counts[i]) {
             let [t, c] = [&mode.translation, &mode.center];
             let values = [1.0 + b as f64, f64::from(mode.piece), t[0], t[1], mode.rotation, c[0], c[1]];
-            numbers[MODE * (task.first_mode[i] + k)..][..MODE].copy_from_slice(&values);
+            numbers[MODE * (task.modes.first[i] + k)..][..MODE].copy_from_slice(&values);
         }
     }
     Ok(numbers)

@@ -1,8 +1,9 @@
 //! A run by the paper's alternation: contact nodes, conjugate points, compliances, and what it found.
 use super::{
-    Plan,
-    active::Nodal,
+    engine::{Advanced, prefixed, share_reason},
     found::{EndFound, Found, empty_table},
+    state::{BodyState, State},
+    task::{Scene, Target},
 };
 use crate::vector::larger;
 use crate::{
@@ -14,6 +15,7 @@ use crate::{
     parallel::{self, Exchange, agree},
     petsc,
     record::{HistoryRow, Reason},
+    scene::Plan,
     schwarz::{self, Alternation, ContactNode, Side, alternation::SideState, weights::Both},
 };
 use mpi::topology::SimpleCommunicator;
@@ -26,10 +28,10 @@ const SEARCH: f64 = 0.1;
 const HELD: f64 = 0.1;
 
 /// Pairs and sides as the first rank of a group holds them.
-pub(super) struct Contacts {
-    pub(super) sides: Vec<Side>,
+pub(crate) struct Contacts {
+    pub(crate) sides: Vec<Side>,
     /// Per side: nodes that have a conjugate point but are no candidates: they must not come to penetrate.
-    pub(super) beyond: Vec<Vec<ContactNode>>,
+    pub(crate) beyond: Vec<Vec<ContactNode>>,
 }
 
 /// The bodies as the alternation needs them: assembled, factorised, their contact nodes paired.
@@ -41,9 +43,9 @@ pub struct Interface {
     /// Their compliances, on the group's first rank.
     pub compliances: Vec<Compliance>,
     /// Sides of pairs, on the group's first rank.
-    pub(super) contacts: Option<Contacts>,
+    pub(crate) contacts: Option<Contacts>,
     /// Wall seconds up to the paired surfaces.
-    pub(super) pairing_seconds: f64,
+    pub(crate) pairing_seconds: f64,
 }
 
 impl Interface {
@@ -61,7 +63,7 @@ impl Interface {
         let (mut bodies, mut free) = (Vec::new(), Vec::new());
         let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
             if let Some(options) = &case.bodies[b].solver {
-                petsc::set_options(&super::prefixed(options, &case.bodies[b].name))?;
+                petsc::set_options(&prefixed(options, &case.bodies[b].name))?;
             }
             let mut body = Body::new(
                 &case.bodies[b],
@@ -225,7 +227,7 @@ fn contact_rows(contacts: &Contacts, body: usize) -> Vec<ContactRow> {
 }
 
 /// What a run by the paper's alternation works with.
-pub(super) struct Relaxed {
+pub(crate) struct Relaxed {
     pub bodies: Vec<Body>,
     pub compliances: Vec<Compliance>,
     pub contacts: Option<Contacts>,
@@ -241,13 +243,13 @@ impl Relaxed {
     }
 
     /// Runs the alternation. The first ranks of the groups work, the others sleep. Collective.
-    pub fn step(
+    pub fn advance(
         &mut self,
-        case: &Case,
-        plan: &Plan,
-        exchange: &Exchange,
+        scene: &Scene,
+        target: Target,
         progress: impl FnMut(&HistoryRow),
-    ) -> Result<(Found, Vec<Nodal>)> {
+    ) -> Result<Advanced> {
+        let Scene { case, plan, exchange } = *scene;
         let world = &plan.groups.world;
         let outcome = match &self.contacts {
             Some(contacts) if !case.contacts.is_empty() => {
@@ -256,18 +258,25 @@ impl Relaxed {
             _ => Ok((Found::none(), Vec::new())),
         };
         parallel::idle_barrier(world);
-        let (found, rows) = agree(world, outcome)?;
-        let mut nodal = Vec::new();
+        let (mut found, rows) = agree(world, outcome)?;
+        share_reason(world, &mut found.reason);
+        found.tolerance = parallel::from_first(world, found.tolerance);
+        found.refuse_penetration(world);
+        let (mut bodies, mut forces) = (Vec::new(), Vec::new());
         let group = &plan.groups.group;
-        let done = self.bodies.iter_mut().enumerate().try_for_each(|(i, body)| {
-            let force = rows.get(i).map_or(&[][..], Vec::as_slice);
-            let contact = spread(body, group, plan, plan.groups.bodies()[i], self.compliances.get(i), force);
-            let displacement = body.solve(group, &contact)?;
-            nodal.push(Nodal { contact, displacement });
-            Ok(())
-        });
+        let done = self.bodies.iter_mut().zip(plan.groups.bodies()).enumerate().try_for_each(
+            |(i, (body, &index))| {
+                let force = rows.get(i).map_or(&[][..], Vec::as_slice);
+                let contact = spread(body, group, plan, index, self.compliances.get(i), force);
+                let nodes = body.part.original[..body.part.n_owned].to_vec();
+                bodies.push(BodyState { body: index, nodes, displacement: body.solve(group, &contact)? });
+                forces.push(contact);
+                Ok(())
+            },
+        );
         agree(world, done)?;
-        Ok((found, nodal))
+        let state = State { factors: target.factors, bodies, pairs: Vec::new() };
+        Ok(Advanced { state, found, contact: forces })
     }
 }
 
@@ -329,6 +338,7 @@ fn alternate(
 fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[ContactNode]) -> EndFound {
     let mut table = empty_table(surface);
     let mut complementarity = [0.0_f64; 2];
+    let mut approach: f64 = 0.0;
     for (k, node) in side.nodes.iter().enumerate() {
         let i = node.node;
         table.normal[i] = node.conjugate.normal;
@@ -337,6 +347,7 @@ fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[Contac
         table.force[i] = node.conjugate.normal.map(|c| -state.force[k] * c);
         table.status[i] = if state.active[k] { 2 } else { 1 };
         let travel = dot(&node.conjugate.normal, &state.displacement[node.node]).abs();
+        approach = larger(approach, (node.conjugate.gap - state.gap[k]).abs());
         complementarity[0] = larger(complementarity[0], (table.pressure[i] * state.gap[k]).abs());
         complementarity[1] =
             larger(larger(larger(complementarity[1], state.gap[k].abs()), node.conjugate.gap.abs()), travel);
@@ -347,7 +358,10 @@ fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[Contac
         dot(&node.conjugate.normal, &approach) - node.conjugate.gap
     };
     let touching = std::iter::zip(&side.nodes, &state.active).filter(|(_, active)| **active);
+    let whole = vec![Some([-1.0, 1.0]); surface.facets.len()];
+    let touches: Vec<bool> = table.status.iter().map(|s| *s == 2).collect();
     EndFound {
+        length: super::length::contact_length(surface, &whole, &table.pressure, &touches),
         pair: side.pair,
         side: usize::from(!side.first),
         counts: side.first,
@@ -359,6 +373,7 @@ fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[Contac
         penetration: state.gap.iter().map(|g| -g).fold(0.0, larger),
         beyond: beyond.iter().map(penetration).fold(0.0, larger),
         complementarity,
+        approach,
         table,
     }
 }

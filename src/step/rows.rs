@@ -1,14 +1,17 @@
 //! Contact rows of the pairs, and the bodies' shares of them.
-use super::Plan;
+use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
-    case::{BodyRef, Case, ContactCase, Gap, Transfer},
+    case::{BodyRef, Case, ContactCase, Gap, RigidShape, Transfer},
     contact::{Pairing, Row, Surface, mortar, vector::dot},
     error::Result,
     material::LinearElastic,
     parallel::Exchange,
+    scene::Plan,
     schwarz::{End, PairRows},
 };
+
+use std::collections::HashSet;
 
 /// Default search distance as a share of the smaller surface's extent.
 const SEARCH: f64 = 0.1;
@@ -17,11 +20,17 @@ const SEARCH: f64 = 0.1;
 const HELD: f64 = 1e-6;
 
 /// A pair as the first rank of either group sees it.
-pub(super) struct Pair {
+pub(crate) struct Pair {
     /// Side of the case (0: A) that carries the multipliers.
     pub multiplier: usize,
     /// Rows that may come into contact.
     pub rows: Vec<Row>,
+    /// Mesh node of each row.
+    pub nodes: Vec<u32>,
+    /// Of each facet of the multiplier side: the part that has a partner, xi in [-1, 1].
+    pub cover: Vec<Option<[f64; 2]>>,
+    /// How far the surfaces may lie from what the gap of each row was measured with, m: [`Surface::sagitta_in_doubt`].
+    pub doubt: Vec<f64>,
     /// Rows beyond the search distance: they must not come to penetrate.
     pub beyond: Vec<Row>,
     /// Plane moduli of the bodies on the multiplier and the mortar side, Pa; infinite: rigid.
@@ -34,7 +43,7 @@ pub(super) struct Pair {
 
 /// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
 /// Not collective.
-pub(super) fn pair_rows(
+pub(crate) fn pair_rows(
     case: &Case,
     plan: &Plan,
     surfaces: &[[Surface; 2]],
@@ -48,13 +57,31 @@ pub(super) fn pair_rows(
                 sides.reverse();
                 holds.reverse();
             }
-            pairs[pair] = Some(one_pair(case, plan, pair, sides, holds));
+            let names = case.contacts[pair].surfaces.each_ref().map(|s| s.body);
+            // Nodes whose multipliers an earlier pair of the same bodies carries.
+            let taken: Vec<(BodyRef, HashSet<u32>)> = (0..pair)
+                .filter_map(|q| {
+                    let (data, other) =
+                        (pairs[q].as_ref()?, case.contacts[q].surfaces.each_ref().map(|s| s.body));
+                    let same = other == names || (other[0], other[1]) == (names[1], names[0]);
+                    same.then(|| (other[data.multiplier], data.nodes.iter().copied().collect()))
+                })
+                .collect();
+            pairs[pair] = Some(one_pair(case, plan, pair, sides, holds, &taken));
         }
     }
     pairs
 }
 
-fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [&Vec<bool>; 2]) -> Pair {
+/// `taken`: bodies and mesh nodes that carry the multipliers of earlier pairs of the same two bodies.
+fn one_pair(
+    case: &Case,
+    plan: &Plan,
+    pair: usize,
+    sides: [&Surface; 2],
+    held: [&Vec<bool>; 2],
+    taken: &[(BodyRef, HashSet<u32>)],
+) -> Pair {
     let contact = &case.contacts[pair];
     let moduli = [0, 1].map(|s| match contact.surfaces[s].body.deformable() {
         Some(b) => LinearElastic::new(&case.bodies[b].material, case.analysis).plane_modulus(),
@@ -78,14 +105,24 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     let reach = search_distance(contact, own, other, moduli, floating);
     // The own normals of a body that only contact holds leave its spin free, as it is; a rigid surface's would not.
     let other = &Surface { rigid: other.rigid && !floating, ..other.clone() };
-    let all = match case.alternation.transfer {
-        Transfer::Mortar => mortar::rows(own, other, &contact.gap, case.analysis.thickness(), f64::INFINITY),
+    let body = contact.surfaces[multiplier].body;
+    let is_taken = |node: u32| {
+        let node = own.nodes[node as usize];
+        taken.iter().any(|(other, nodes)| *other == body && nodes.contains(&node))
+    };
+    let mortar::Transfer { rows: all, cover } = match case.alternation.transfer {
+        Transfer::Mortar => {
+            let thickness = case.analysis.thickness();
+            mortar::transfer(own, other, &contact.gap, thickness, f64::INFINITY, &is_taken)
+        }
         Transfer::Pointwise => {
             let mut pairing = Pairing::new(sides, &contact.gap, contact.conjugate);
             let conjugates = std::mem::take(&mut pairing.conjugates[multiplier]);
-            crate::contact::pointwise(own, &conjugates, f64::INFINITY)
+            let rows = crate::contact::pointwise(own, &conjugates, f64::INFINITY);
+            mortar::Transfer { rows, cover: vec![Some([-1.0, 1.0]); own.facets.len()] }
         }
     };
+    let all: Vec<Row> = all.into_iter().map(|row| closed(row, &contact.gap, [own, other])).collect();
     // A row that supports hold on both sides carries a support's force, not a contact's.
     let held = [held[multiplier], held[1 - multiplier]];
     let is_held = |row: &Row| {
@@ -95,6 +132,11 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     };
     let (rows, beyond): (Vec<Row>, Vec<Row>) =
         all.into_iter().filter(|row| !is_held(row)).partition(|row| row.gap <= reach);
+    let doubts = [own, other].map(Surface::sagitta_in_doubt);
+    let of_nodes = |side: usize, row: &Row| {
+        row.terms[side].iter().map(|t| doubts[side][t.0 as usize]).fold(0.0, crate::vector::larger)
+    };
+    let doubt = rows.iter().map(|row| of_nodes(0, row) + of_nodes(1, row)).collect();
     let mut nodes: Vec<u32> = rows.iter().flat_map(|r| r.terms[1].iter().map(|t| t.0)).collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -105,7 +147,10 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
         .collect();
     Pair {
         multiplier,
+        nodes: rows.iter().map(|row| own.nodes[row.node as usize]).collect(),
         rows,
+        cover,
+        doubt,
         beyond,
         moduli: [moduli[multiplier], moduli[1 - multiplier]],
         mortar_nodes: nodes.len(),
@@ -113,11 +158,37 @@ fn one_pair(case: &Case, plan: &Plan, pair: usize, sides: [&Surface; 2], held: [
     }
 }
 
+/// Coordinates are rounded, and their interpolation along a surface adds as much again: a geometric gap of this many units
+/// of their round-off is none. A stiff pair, whose approach is small, would feel it.
+const TOUCHING: f64 = 4.0 * f64::EPSILON;
+
+/// The row with a gap that coordinates cannot tell from none put to none.
+fn closed(mut row: Row, gap: &Gap, surfaces: [&Surface; 2]) -> Row {
+    if let Gap::Geometry { offset } = gap {
+        let points = std::iter::zip(&row.terms, surfaces);
+        let points = points.flat_map(|(terms, s)| terms.iter().map(|(node, _)| &s.points[*node as usize]));
+        let size = worst(points.flat_map(|p| [p[0].abs(), p[1].abs()]));
+        if (row.gap - offset).abs() <= TOUCHING * size {
+            row.gap = *offset;
+        }
+    }
+    row
+}
+
 /// Motion of a rigid side of a pair at factor 1, m.
-pub(super) fn rigid_motion(case: &Case, pair: usize, side: usize) -> Option<[f64; 3]> {
+pub(crate) fn rigid_motion(case: &Case, pair: usize, side: usize) -> Option<[f64; 3]> {
     match case.contacts[pair].surfaces[side].body {
         BodyRef::Rigid(i) => Some(case.rigid[i].motion),
         BodyRef::Deformable(_) => None,
+    }
+}
+
+/// The normal of the straight rigid surface on the other side of an end's pair, if it is one.
+pub(super) fn straight_partner(case: &Case, pair: usize, side: usize) -> Option<[f64; 3]> {
+    let BodyRef::Rigid(i) = case.contacts[pair].surfaces[1 - side].body else { return None };
+    match &case.rigid[i].shape {
+        RigidShape::Plane { normal, .. } => Some(*normal),
+        RigidShape::Circle { .. } | RigidShape::Polyline { .. } => None,
     }
 }
 
@@ -139,7 +210,7 @@ fn search_distance(
 }
 
 /// What the driver needs of this rank's ends, and each body's rows over its interface nodes.
-pub(super) struct Shares {
+pub(crate) struct Shares {
     pub ends: Vec<End>,
     pub rows: Vec<PairRows>,
     /// Per body of this rank: mesh nodes that contact may reach, each once.
@@ -187,6 +258,7 @@ impl Shares {
             shares.rows.push(match is_multiplier {
                 true => PairRows {
                     gap: data.rows.iter().map(|row| row.gap).collect(),
+                    area: data.rows.iter().map(|row| row.area).collect(),
                     stiffness: thickness / (1.0 / data.moduli[0] + 1.0 / data.moduli[1]),
                     compliance_ratio: data.moduli[1] / data.moduli[0],
                     mortar_is_coarse: data.mortar_nodes < data.rows.len(),
@@ -200,7 +272,7 @@ impl Shares {
 }
 
 /// Both surfaces of each end's pair, own side first. Collective on the roots.
-pub(super) fn both_surfaces(
+pub(crate) fn both_surfaces(
     case: &Case,
     plan: &Plan,
     exchange: &Exchange,
@@ -221,7 +293,7 @@ pub(super) fn both_surfaces(
 }
 
 /// Per end: which nodes of both surfaces a support holds along the normal. Collective on the roots.
-pub(super) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<bool>; 2]>> {
+pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<bool>; 2]>> {
     let mut own = Vec::new();
     for (surface, &(_, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
         let mesh = &plan.meshes[plan.place(body)];

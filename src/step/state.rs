@@ -1,0 +1,81 @@
+//! History as one value.
+use crate::body::LoadFactors;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+
+/// One accepted point of the load path, as far as this rank holds it: all that a next step needs to know of the steps
+/// before. Its keys (bodies, pairs and sides of the case, nodes of the meshes) do not depend on the number of ranks; the
+/// states of all ranks, [joined](State::join), are that of the case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// What acts.
+    pub factors: LoadFactors,
+    /// Bodies of this rank, with the nodes it owns.
+    pub bodies: Vec<BodyState>,
+    /// Sides with multipliers that this rank holds.
+    pub pairs: Vec<PairState>,
+}
+
+/// A body.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct BodyState {
+    /// Index in the case.
+    pub body: usize,
+    /// Mesh nodes.
+    pub nodes: Vec<u32>,
+    /// Their displacements, m, one after the other, as many components as the mesh has dimensions.
+    pub displacement: Vec<f64>,
+}
+
+/// The side of a contact pair that carries the multipliers.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PairState {
+    /// Index of the pair in the case.
+    pub pair: usize,
+    /// Side in the case: 0 is A.
+    pub side: usize,
+    /// Its candidates.
+    pub nodes: Vec<NodeState>,
+}
+
+/// A contact node.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NodeState {
+    /// Mesh node.
+    pub node: u32,
+    /// Compressive force, N.
+    pub force: f64,
+    /// Whether it touches.
+    pub status: Status,
+}
+
+/// What a contact node does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Status {
+    /// It does not touch.
+    Open,
+    /// It touches.
+    Closed,
+}
+
+impl State {
+    /// Before any step: nothing acts, nothing has moved, nothing is known of the contact.
+    pub fn start() -> State {
+        State { factors: LoadFactors::NONE, bodies: Vec::new(), pairs: Vec::new() }
+    }
+
+    /// Takes in another rank's share of the same point.
+    pub fn join(&mut self, other: State) {
+        self.bodies.extend(other.bodies);
+        self.pairs.extend(other.pairs);
+    }
+
+    /// Forces by pair, side and mesh node.
+    pub(super) fn forces(pairs: &[PairState]) -> HashMap<(usize, usize, u32), f64> {
+        let of = |pair: &PairState| {
+            let key = (pair.pair, pair.side);
+            pair.nodes.iter().map(move |n| ((key.0, key.1, n.node), n.force)).collect::<Vec<_>>()
+        };
+        pairs.iter().flat_map(of).collect()
+    }
+}

@@ -1,0 +1,58 @@
+//! What a step is told.
+use super::state::PairState;
+use crate::{body::LoadFactors, case::Case, parallel::Exchange, scene::Plan};
+
+/// The case, and where it is solved.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'s, 'e> {
+    pub case: &'s Case,
+    pub plan: &'s Plan,
+    pub exchange: &'s Exchange<'e>,
+}
+
+/// A load step: its number, 1, 2, ..., and the factors at its end.
+#[derive(Clone, Copy)]
+pub(crate) struct Target {
+    pub number: u64,
+    pub factors: LoadFactors,
+}
+
+impl Target {
+    /// All that acts, in one step.
+    pub const FULL: Target =
+        Target { number: 1, factors: LoadFactors { loads: 1.0, supports: 1.0, temperature: 1.0 } };
+}
+
+/// A solve on the contact rows as they are.
+pub(crate) struct Task<'t, 'e> {
+    pub scene: Scene<'t, 'e>,
+    pub target: Target,
+    /// Forces to begin with; none: unknown.
+    pub warm: &'t [PairState],
+    pub modes: &'t Modes,
+    /// Name of a mode of one of this rank's bodies.
+    pub names: &'t dyn Fn(usize, usize) -> String,
+}
+
+/// The free modes of this rank's bodies among those of all bodies.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Modes {
+    /// Modes of all bodies.
+    pub total: usize,
+    /// Number of each body's first mode.
+    pub first: Vec<usize>,
+    /// Modes of each body.
+    pub counts: Vec<usize>,
+}
+
+/// Row forces and mode amplitudes of this rank's bodies.
+#[derive(Default)]
+pub(crate) struct Solution {
+    pub force: Vec<Vec<f64>>,
+    pub alpha: Vec<Vec<f64>>,
+    /// Motions of all modes that nothing restrains; the same on all first ranks.
+    pub unrestrained: Vec<Vec<f64>>,
+    /// Work, per mode of all bodies, that the loads do on motions without resistance and that faceted surfaces leave, J.
+    pub relief: Vec<f64>,
+    pub pairs: Vec<PairState>,
+}
