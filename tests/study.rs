@@ -345,7 +345,8 @@ fn runs_that_do_not_converge_are_listed_and_not_in_the_curves() {
     let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
     std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
     let limit = ["--levels", "0", "--repeat", "2", "--set", "alternation.max_alternations=2"];
-    let output = study(&case, &out, &limit).output().unwrap();
+    let solver = ["--set", "body.inner.response=solver"];
+    let output = study(&case, &out, &limit).args(solver).output().unwrap();
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let rows = rows(&out);
     assert_eq!((&rows[0]["converged"][..], &rows[0]["ending"][..]), ("0", "max alternations"));
