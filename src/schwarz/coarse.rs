@@ -305,7 +305,13 @@ impl Coarse {
         direction: &[f64],
         open_ended: bool,
     ) -> Option<f64> {
-        let along: Vec<f64> = (0..gap.len()).map(|j| self.at(j, direction)).collect();
+        // What is round-off of bodies that move together closes nothing.
+        let along = |j: usize| {
+            let parts = self.rows[j].iter().flatten().map(|&(k, z)| (z * direction[k]).abs()).sum::<f64>();
+            let along = self.at(j, direction);
+            if along.abs() > ROUND_OFF * parts { along } else { 0.0 }
+        };
+        let along: Vec<f64> = (0..gap.len()).map(along).collect();
         let pen: Vec<f64> = (0..gap.len()).map(|j| self.at(j, alpha) - gap[j]).collect();
         let work: f64 = std::iter::zip(&self.work, direction).map(|(e, d)| e * d).sum();
         let slope = |t: f64| -> [f64; 2] {

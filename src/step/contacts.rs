@@ -46,6 +46,9 @@ enum Ended {
 /// diameter (ISO 286, p to zc), and the strain is about as large.
 const NO_FIT: f64 = 1e-2;
 
+/// Overlap over the size of a body from which on there is no answer to speak of: strains of this size are not small.
+const NO_ANSWER: f64 = 0.25;
+
 /// `gap from 1e-5 to 2e-5`, `overlap up to 1e-6`, `touching`.
 fn gap_in_words(rows: &[Row]) -> String {
     let [least, most] = rows
@@ -90,22 +93,31 @@ impl Contacts {
         .collect()
     }
 
-    /// Overlaps at the start that no fit has, of the pairs whose multipliers are here.
-    pub fn overlaps(&self, case: &Case, plan: &Plan) -> Vec<String> {
+    /// Pairs whose multipliers are here and that overlap at the start by more than a share of the body's size, in words.
+    fn overlapping(&self, case: &Case, plan: &Plan, share: f64) -> Vec<(usize, String)> {
         let ends = ends_with_rows(&self.shares.ends, &self.pairs);
-        let warning = |(end, rows): (&End, &[Row])| {
+        let words = |(end, rows): (&End, &[Row])| {
             let overlap = worst(rows.iter().map(|row| -row.gap));
             let size = mesh_extent(&plan.meshes[end.body].points);
-            (overlap > NO_FIT * size).then(|| {
-                format!(
+            (overlap > share * size).then(|| {
+                let text = format!(
                     "contact '{}': the surfaces overlap by up to {overlap:.3e} at the start, {:.1} % of the size of the body \
-                     ({size:.3e}): no fit has so much; look at positions, units and gap",
+                     ({size:.3e})",
                     case.contacts[end.pair].name,
                     100.0 * overlap / size
-                )
+                );
+                (end.pair, text)
             })
         };
-        ends.filter_map(warning).collect()
+        ends.filter_map(words).collect()
+    }
+
+    /// Overlaps at the start that no fit has, of the pairs whose multipliers are here.
+    pub fn overlaps(&self, case: &Case, plan: &Plan) -> Vec<String> {
+        let overlapping = self.overlapping(case, plan, NO_FIT).into_iter();
+        overlapping
+            .map(|(_, text)| format!("{text}: no fit has so much; look at positions, units and gap"))
+            .collect()
     }
 
     pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
@@ -131,7 +143,15 @@ impl Contacts {
             nodes.dedup();
         });
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
-        Ok(Contacts { pairs, shares, held, gaps: None })
+        let contacts = Contacts { pairs, shares, held, gaps: None };
+        let hopeless = contacts.overlapping(case, plan, NO_ANSWER).into_iter().next();
+        let checked = match hopeless {
+            Some((pair, text)) => Err(case.contacts[pair].origin.error(&format!(
+                "{text}: strains would not be small; look at positions, units and gap, and whether the surfaces face each other"
+            ))),
+            None => Ok(contacts),
+        };
+        exchange.agree(checked)
     }
 
     /// Finds the rows again on the displaced surfaces. Collective on the roots.
