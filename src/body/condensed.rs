@@ -31,10 +31,10 @@ const UNILATERAL_UPDATES: usize = 60;
 /// The answer; without rows on ranks other than the first.
 pub struct Condensed {
     pub(super) values: RowValues,
-    interface: Rc<Interface>,
+    pub(super) interface: Rc<Interface>,
     system: Rc<System>,
     cost: SharedCost,
-    dim: usize,
+    pub(super) dim: usize,
     /// C, m/N.
     compliance: Symmetric,
     step: Option<Step>,
@@ -194,13 +194,13 @@ impl Condensed {
         Ok(None)
     }
 
-    pub(super) fn interface_displacements(&self, force: &[f64], alpha: &[f64]) -> Result<Vec<[f64; 3]>> {
+    /// Displacements at the interface nodes under row forces alone, m.
+    pub(super) fn interface_displacements(&self, force: &[f64]) -> Result<Vec<f64>> {
         let Some(factor) = self.system.interface_factor() else { return Ok(Vec::new()) };
         let f = contact_force(&self.values.rows, force, self.interface.nodes.len(), self.dim);
         let mut u = self.interface.constraints.to_frames(&f, self.dim);
         factor.solve(&mut u)?;
-        let u = self.interface.constraints.from_frames(&u, self.dim);
-        Ok(self.interface.at_given(&self.values.complete(u, alpha), self.dim))
+        Ok(self.interface.constraints.from_frames(&u, self.dim))
     }
 }
 

@@ -4,7 +4,6 @@
 //! the other, by its solver or condensed to its interface. Every method that needs the rank group says "collective".
 mod assembly;
 mod build;
-mod compliance;
 mod condensed;
 mod constraint;
 mod dirichlet;
@@ -14,6 +13,7 @@ mod hanging;
 mod interface;
 mod load;
 mod motion;
+mod observed;
 mod recovery;
 mod region;
 mod response;
@@ -23,7 +23,6 @@ mod solver;
 mod system;
 
 pub use build::AssembledBody;
-pub use compliance::{Compliance, ContactRow};
 pub use condensed::Condensed;
 pub use constraint::{Constraints, NodeConstraint};
 pub use estimate::{Estimate, ResponseKind, condense_estimate};

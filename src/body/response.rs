@@ -3,7 +3,7 @@ use super::{Body, BodyRow, Condensed, Solver, interface::contact_force};
 use crate::{
     error::Result,
     petsc::{Stage, Symmetric},
-    schwarz::{Respond, RespondAtNodes, Spring},
+    schwarz::{Respond, Spring},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::time::Instant;
@@ -169,10 +169,21 @@ impl Response {
     /// Displacements at the interface nodes, in the order given to the body, under all loads, the row forces and
     /// `alpha` of each free mode, m; on the first rank, the others serving.
     pub fn interface_displacements(&mut self, force: &[f64], alpha: &[f64]) -> Result<Vec<[f64; 3]>> {
-        match self {
-            Response::Condensed(c) => c.interface_displacements(force, alpha),
-            Response::Solver(s) => s.interface_displacements(force, alpha),
-        }
+        let (u, dim) = self.interface_values(force, alpha)?;
+        let interface = match self {
+            Response::Condensed(c) => &c.interface,
+            Response::Solver(s) => &s.interface,
+        };
+        Ok(interface.at_given(&u, dim))
+    }
+
+    /// The same, each node once, and the number of components.
+    fn interface_values(&mut self, force: &[f64], alpha: &[f64]) -> Result<(Vec<f64>, usize)> {
+        let (u, dim) = match self {
+            Response::Condensed(c) => (c.interface_displacements(force)?, c.dim),
+            Response::Solver(s) => (s.interface_displacements(force)?, s.dim()),
+        };
+        Ok((self.values().complete(u, alpha), dim))
     }
 }
 
@@ -222,6 +233,11 @@ impl Respond for Response {
         }
     }
 
+    fn distances(&mut self, force: &[f64]) -> Result<Vec<f64>> {
+        let (u, dim) = self.interface_values(force, &[])?;
+        Ok(self.values().rows.iter().map(|row| row.distance(&u, dim)).collect())
+    }
+
     fn compliance(&self) -> Option<&Symmetric> {
         match self {
             Response::Condensed(c) => Some(c.compliance()),
@@ -250,19 +266,5 @@ impl Respond for Response {
 
     fn springs(&self) -> &[Spring] {
         &self.values().springs
-    }
-}
-
-/// The paper's alternation: rows of one node each, observed nodes are the interface nodes as given.
-impl RespondAtNodes for Condensed {
-    fn force_step(&mut self, force: &[f64]) -> Result<Vec<[f64; 3]>> {
-        self.interface_displacements(force, &[])
-    }
-
-    fn displacement_step(&mut self, prescribed: &[Option<f64>]) -> Result<Vec<f64>> {
-        let rows = std::iter::zip(&self.values.free, prescribed);
-        let inward: Vec<f64> = rows.map(|(free, w)| w.map_or(0.0, |w| free - w)).collect();
-        let active: Vec<bool> = prescribed.iter().map(Option::is_some).collect();
-        self.prescribe(&inward, &active)
     }
 }

@@ -59,7 +59,7 @@ impl Solver {
         Rc::ptr_eq(&self.system, &body.system)
     }
 
-    fn dim(&self) -> usize {
+    pub(super) fn dim(&self) -> usize {
         self.model.part.dim
     }
 
@@ -127,14 +127,15 @@ impl Solver {
         force
     }
 
-    fn interface_solve(&self, force: &[f64]) -> Result<Vec<f64>> {
+    /// Displacements at the interface nodes under row forces alone, m.
+    pub(super) fn interface_displacements(&self, force: &[f64]) -> Result<Vec<f64>> {
         self.request(Request::Solve);
         let f = contact_force(&self.values.rows, force, self.interface.nodes.len(), self.dim());
         self.solve(&f)
     }
 
     pub(super) fn force_step(&self, force: &[f64]) -> Result<Vec<f64>> {
-        let u = self.interface_solve(force)?;
+        let u = self.interface_displacements(force)?;
         Ok(self.values.rows.iter().map(|row| -row.displacement(&u, self.dim())).collect())
     }
 
@@ -150,11 +151,6 @@ impl Solver {
         let mut force = self.prescribe(&without(&modes, on_active(inward)))?;
         force = without(&modes, on_active(&force));
         Ok(force)
-    }
-
-    pub(super) fn interface_displacements(&self, force: &[f64], alpha: &[f64]) -> Result<Vec<[f64; 3]>> {
-        let u = self.interface_solve(force)?;
-        Ok(self.interface.at_given(&self.values.complete(u, alpha), self.dim()))
     }
 }
 

@@ -237,14 +237,6 @@ impl Plan {
         bodies.into_iter().any(|b| self.floating[b])
     }
 
-    /// The deformable body on the other side of an end's pair.
-    pub(crate) fn other_body(&self, case: &Case, pair: usize, side: usize) -> usize {
-        case.contacts[pair].surfaces[1 - side]
-            .body
-            .deformable()
-            .expect("the relaxed driver takes no rigid bodies")
-    }
-
     /// Place of a body of the case among this group's.
     pub(crate) fn place(&self, body: usize) -> usize {
         self.groups.bodies().iter().position(|&b| b == body).expect("the body is this group's")
@@ -275,24 +267,6 @@ impl Plan {
                 Surface::rigid_polyline(&points.iter().map(xy).collect::<Vec<_>>())
             }
         })
-    }
-
-    /// Number of nodes of each pair's surfaces, over all ranks: what may touch. Collective.
-    pub fn contact_nodes(&self, case: &Case) -> Vec<[usize; 2]> {
-        let mut counts = vec![0.0; 2 * case.contacts.len()];
-        if self.groups.is_root() {
-            for (surface, &(pair, side, _)) in std::iter::zip(&self.surfaces, &self.ends) {
-                counts[2 * pair + side] = surface.nodes.len() as f64;
-            }
-        }
-        let all = parallel::sum(&self.groups.world, &counts);
-        all.chunks_exact(2).map(|c| [c[0] as usize, c[1] as usize]).collect()
-    }
-
-    /// Mesh nodes of all contact surfaces of a body of this group, surface by surface.
-    pub(crate) fn observed(&self, body: usize) -> Vec<u32> {
-        let own = std::iter::zip(&self.surfaces, &self.ends).filter(|(_, end)| end.2 == body);
-        own.flat_map(|(surface, _)| surface.nodes.iter().copied()).collect()
     }
 
     /// The exchange between this rank's surfaces and their partners'.

@@ -6,7 +6,7 @@
 //! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
 use super::{
-    Coarse, Coupling, MeshError, Outcome, PairRows, Reason, Respond, Share,
+    Coarse, Coupling, MeshError, PairRows, Reason, Respond, Share,
     dual::Dual,
     projected_cg::Inner,
     record::{Recorder, State},
@@ -46,7 +46,24 @@ pub struct Limits {
     pub max_alternations: usize,
 }
 
-/// The driver's state on the rows of this rank.
+/// How a driver ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Why it ended.
+    pub reason: Reason,
+    /// One row per alternation.
+    pub history: Vec<HistoryRow>,
+}
+
+/// The end of a driver that may find no answer at all.
+pub enum Ended {
+    /// With an answer, or without one but with a reason.
+    Outcome(Outcome),
+    /// At a motion on which the loads work and which nothing stops.
+    Driven(Vec<f64>),
+}
+
+/// A driver's state on the rows of this rank.
 pub struct ActiveSet<'c, 'a, B> {
     /// The bodies.
     pub coupling: &'c mut Coupling<'a, B>,
@@ -87,7 +104,7 @@ pub struct ActiveSet<'c, 'a, B> {
 
 impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// Finds where the bodies would penetrate: the first active set and the first guess of the forces. `warm`: forces
-    /// of the last load step. `Err` of the inner result: the rigid motion that nothing stops. Collective on the roots.
+    /// of the last load step. Collective on the roots.
     pub fn new(
         coupling: &'c mut Coupling<'a, B>,
         rows: &'c [PairRows],
@@ -105,9 +122,8 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             std::iter::zip(&initial, free).map(|(&g, w)| if closes(g, w) { 0.0 } else { g - w }).collect();
         let n = coupling.n;
         let recorder = Recorder::new(n_pairs, step);
-        let dual = Dual::new(coupling, coarse, rows, n_pairs);
         ActiveSet {
-            dual,
+            dual: None,
             share: vec![1.0; coupling.ends.len()],
             coupling,
             rows,
@@ -129,17 +145,14 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         }
     }
 
-    /// Runs to the end; `warm`: forces of the last load step; `progress` sees every row of the history. The inner error
-    /// is the rigid motion on which the loads work and which nothing stops. Collective on the roots.
-    pub fn run(
-        &mut self,
-        warm: Option<&[f64]>,
-        mut progress: impl FnMut(&HistoryRow),
-    ) -> Result<std::result::Result<Outcome, Vec<f64>>> {
+    /// Runs to the end; `warm`: forces of the last load step; `progress` sees every row of the history. Collective on the
+    /// roots.
+    pub fn run(&mut self, warm: Option<&[f64]>, mut progress: impl FnMut(&HistoryRow)) -> Result<Ended> {
         self.coupling.check_free(&self.g_free)?;
+        self.dual = Dual::new(self.coupling, self.coarse, self.rows, self.recorder.n_pairs());
         let (start, alpha) = match self.coarse.start(self.coupling.exchange, &self.g_free) {
             Ok(start) => start,
-            Err(motion) => return Ok(Err(motion)),
+            Err(motion) => return Ok(Ended::Driven(motion)),
         };
         self.alpha = alpha;
         if self.largest(&start) == 0.0 {
@@ -149,7 +162,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                 *alpha = if *k > 0.0 { rest } else { *alpha };
             }
             (self.force, self.active) = (start.clone(), self.compressed(&start));
-            return Ok(Ok(self.outcome(Reason::Open)));
+            return Ok(Ended::Outcome(self.outcome(Reason::Open)));
         }
         let guess = match warm {
             Some(warm) if self.largest(warm) > 0.0 => {
@@ -163,7 +176,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         };
         let guess = self.first_guess(guess, &mut progress)?;
         let reason = self.iterate(guess, &start, &mut progress)?;
-        Ok(Ok(self.outcome(reason)))
+        Ok(Ended::Outcome(self.outcome(reason)))
     }
 
     /// How it ends: as it did so far, for this reason.
@@ -333,7 +346,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         }
     }
 
-    fn set_hash(&self) -> u64 {
+    pub(super) fn set_hash(&self) -> u64 {
         let mut parts = 0.0;
         for (i, end) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
             let mut hasher = DefaultHasher::new();

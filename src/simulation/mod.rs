@@ -12,12 +12,9 @@ mod report;
 mod results;
 mod solved;
 
-pub use crate::{
-    scene::{Plan, build_mesh},
-    step::Interface,
-};
+pub use crate::scene::{Plan, build_mesh};
 pub use adapt::{Goal, Limits, Quantity, run_adaptive};
-pub use measure::{ContactSolve, ContactSplit};
+pub use measure::{ContactSolve, ContactSplit, on_contact_rows};
 pub use outlook::outlook;
 
 use crate::{
