@@ -93,13 +93,17 @@ fn one_pair(
         Some(b) => LinearElastic::new(&case.bodies[b].material, case.analysis).plane_modulus(),
         None => f64::INFINITY,
     });
+    let is_relaxed = matches!(case.alternation.driver, Driver::Relaxed(_));
     let multiplier = match moduli.iter().position(|m| m.is_infinite()) {
         Some(rigid) => 1 - rigid,
         None => {
             // Of sides that are alike the first by the name of its body: whatever order the case has.
             let names = [0, 1].map(|s| case.body_name(contact.surfaces[s].body));
             let [a, b] = if names[0] <= names[1] { [0, 1] } else { [1, 0] };
-            [a, b][mortar::multiplier_side([sides[a], sides[b]], [moduli[a], moduli[b]])]
+            // The paper's alternation prescribes the displacements of both sides.
+            let coarser = if is_relaxed { mortar::coarser_side([sides[a], sides[b]]) } else { None };
+            let by_rule = || mortar::multiplier_side([sides[a], sides[b]], [moduli[a], moduli[b]]);
+            [a, b][coarser.unwrap_or_else(by_rule)]
         }
     };
     let (own, other) = (sides[multiplier], sides[1 - multiplier]);
@@ -123,8 +127,7 @@ fn one_pair(
             let mut pairing = Pairing::new(sides, &contact.gap, contact.conjugate);
             pairing.conjugates.rotate_left(multiplier);
             // The paper's is of both sides' nodes.
-            let relaxed = matches!(case.alternation.driver, Driver::Relaxed(_));
-            let both_sides = relaxed && moduli.iter().all(|m| m.is_finite());
+            let both_sides = is_relaxed && moduli.iter().all(|m| m.is_finite());
             (
                 nodal_rows([own, other], &pairing.conjugates, both_sides),
                 vec![Some([-1.0, 1.0]); own.facets.len()],
@@ -199,8 +202,7 @@ fn nodal_rows(
     };
     let rows = pointwise(own, &conjugates[0], f64::INFINITY).into_iter();
     let acts = |row: &Row| [true, !both_sides || matches(0, row.node)];
-    let mut all: Vec<(Row, Acts)> =
-        rows.map(|row| (acts(&row), row)).map(|(acts, row)| (row, acts)).collect();
+    let mut all: Vec<(Row, Acts)> = rows.map(|row| (row.clone(), acts(&row))).collect();
     if both_sides {
         let rows = pointwise(other, &conjugates[1], f64::INFINITY).into_iter();
         all.extend(rows.filter(|row| !matches(1, row.node)).map(|mut row| {

@@ -19,7 +19,7 @@ mod side;
 #[cfg(test)]
 mod tests;
 
-pub use side::multiplier_side;
+pub use side::{coarser_side, multiplier_side};
 
 use super::Gap;
 use super::{
