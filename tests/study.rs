@@ -344,9 +344,9 @@ fn runs_that_do_not_converge_are_listed_and_not_in_the_curves() {
     let directory = tempfile::tempdir().unwrap();
     let (case, out) = (directory.path().join("rings.toml"), directory.path().join("out"));
     std::fs::write(&case, format!("{RINGS}{LAME}")).unwrap();
-    let set = ["--set", "alternation.driver=relaxed", "--set", "alternation.max_alternations=2"];
-    let limit = [&["--levels", "0", "--repeat", "2"][..], &set].concat();
-    let output = study(&case, &out, &limit).output().unwrap();
+    let limit = ["--levels", "0", "--repeat", "2", "--set", "alternation.max_alternations=2"];
+    let solver = ["--set", "body.inner.response=solver"];
+    let output = study(&case, &out, &limit).args(solver).output().unwrap();
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let rows = rows(&out);
     assert_eq!((&rows[0]["converged"][..], &rows[0]["ending"][..]), ("0", "max alternations"));

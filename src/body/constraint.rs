@@ -1,5 +1,5 @@
 //! Supports: which displacement components of which nodes are prescribed, in which frame.
-use super::{region::find_nodes, rigid::Fixing};
+use super::region::find_nodes;
 use crate::{
     case::BodyCase,
     contact::vector::{dot, norm},
@@ -7,6 +7,21 @@ use crate::{
     mesh::{Mesh, MeshPart},
 };
 use std::collections::BTreeMap;
+
+/// A further zero constraint that holds a free motion in the stiffness matrix. It carries no force at equilibrium.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fixing {
+    /// Node of the mesh.
+    pub node: u32,
+    /// Which direction of its frame, not a support's.
+    pub component: usize,
+    /// That direction.
+    pub direction: [f64; 3],
+    /// The frame, `None` for that of the node's support.
+    pub frame: Option<[[f64; 3]; 3]>,
+    /// Coordinates of the node, m.
+    pub point: [f64; 3],
+}
 
 /// The support of one node.
 #[derive(Debug, Clone, PartialEq)]

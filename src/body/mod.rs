@@ -24,7 +24,7 @@ mod system;
 
 pub use build::AssembledBody;
 pub use condensed::Condensed;
-pub use constraint::{Constraints, NodeConstraint};
+pub use constraint::{Constraints, Fixing, NodeConstraint};
 pub use estimate::{Estimate, ResponseKind, condense_estimate};
 pub use interface::{BodyRow, Interface};
 pub use load::LoadFactors;
@@ -32,7 +32,7 @@ pub use motion::{name_bodies, name_motion};
 pub use recovery::{Balance, Fields};
 pub use region::{Region, find_facets, mesh_extent};
 pub use response::Response;
-pub use rigid::{Fixing, FreeModes, RigidMode, free_motions};
+pub use rigid::{FreeModes, RigidMode, free_motions};
 pub use solver::Solver;
 
 use crate::{

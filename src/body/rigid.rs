@@ -1,5 +1,5 @@
 //! Rigid motions that the supports leave to a body, or to a piece of its mesh, and what holds them meanwhile.
-use super::{Constraints, NodeConstraint};
+use super::{Constraints, Fixing, NodeConstraint};
 use crate::vector::larger;
 use crate::{
     contact::vector::dot,
@@ -37,21 +37,6 @@ impl RigidMode {
         let [t, c] = [&self.translation, &self.center];
         [t[0] - self.rotation * (x[1] - c[1]), t[1] + self.rotation * (x[0] - c[0]), 0.0]
     }
-}
-
-/// A further zero constraint that holds a free motion in the stiffness matrix. It carries no force at equilibrium.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fixing {
-    /// Node of the mesh.
-    pub node: u32,
-    /// Which direction of its frame, not a support's.
-    pub component: usize,
-    /// That direction.
-    pub direction: [f64; 3],
-    /// The frame, `None` for that of the node's support.
-    pub frame: Option<[[f64; 3]; 3]>,
-    /// Coordinates of the node, m.
-    pub point: [f64; 3],
 }
 
 /// The free rigid motions of a body.

@@ -5,10 +5,11 @@
 use super::{
     Body, Interface,
     assembly::Model,
+    constraint::Fixing,
     dirichlet::Dirichlet,
     interface::contact_force,
     response::RowValues,
-    rigid::{Fixing, FreeModes},
+    rigid::FreeModes,
     system::{SharedCost, System},
 };
 use crate::{error::Result, parallel};

@@ -115,7 +115,7 @@ impl Surface {
     }
 
     /// Outward unit normal of the curve of facet `f` at `xi`.
-    pub(super) fn curve_normal(&self, f: usize, xi: f64) -> [f64; 3] {
+    pub(crate) fn curve_normal(&self, f: usize, xi: f64) -> [f64; 3] {
         let Some(camber) = &self.cambers[f] else { return unit(&self.area_vector(f, xi)) };
         let (_, t, m, _) = self.chord(f);
         unit(&combine([(1.0, &m), (-camber.height(xi).1, &t)]))

@@ -114,11 +114,11 @@ struct Facets {
 
 impl Facets {
     fn of(surface: &Surface) -> Facets {
-        let turn = |facet: &Vec<u32>| {
-            let [a, b] = [0, 1].map(|i| &surface.normals[facet[i] as usize]);
-            0.5 * larger(1.0 - dot(a, b).powi(2), 0.0).sqrt().asin()
+        let turn = |f: usize| {
+            let [a, b] = [-1.0, 1.0].map(|xi| surface.curve_normal(f, xi));
+            0.5 * larger(1.0 - dot(&a, &b).powi(2), 0.0).sqrt().asin()
         };
-        let mut turns: Vec<f64> = surface.facets.iter().map(turn).collect();
+        let mut turns: Vec<f64> = (0..surface.facets.len()).map(turn).collect();
         turns.sort_by(f64::total_cmp);
         Facets {
             half_turn: turns.get(turns.len() / 2).copied().unwrap_or(0.0),
@@ -131,8 +131,8 @@ impl Facets {
         Facets { half_turn, linear: self.linear || other.linear }
     }
 
-    /// Angle between the normals of the nodes and those of the curve: the third order of the half turn, since nodal normals
-    /// of arcs are exact in the second.
+    /// Angle between the normals of a facet's curve and those of the true one: where they are those of a parabola the third
+    /// order of the half turn; of straight facets less.
     fn angle(&self) -> f64 {
         FILE_DIGITS + self.half_turn.powi(3)
     }
@@ -168,17 +168,16 @@ impl Along {
         self.nodes.push((across, modes));
     }
 
-    /// The body's own surface.
+    /// The body's own surface: each facet's curve at both of its ends.
     fn add_surface(&mut self, body: &Body, surface: &Surface) {
-        for (i, (&node, x)) in std::iter::zip(&surface.nodes, &surface.points).enumerate() {
-            // At an end the normal is that of the last facet alone.
-            let facets = surface.facets.iter().filter(|f| f[..2].contains(&(i as u32))).count();
-            let is_middle = surface.facets.iter().any(|f| f.get(2) == Some(&(i as u32)));
-            if facets < 2 && !is_middle && surface.facets.len() > 1 {
-                continue;
+        for (f, facet) in surface.facets.iter().enumerate() {
+            for (&i, xi) in std::iter::zip(facet, [-1.0, 1.0]) {
+                let (node, x) = (surface.nodes[i as usize], &surface.points[i as usize]);
+                let normal = surface.curve_normal(f, xi);
+                let modes: Vec<[f64; 3]> =
+                    (0..body.free.modes.len()).map(|k| body.free.at(k, node, x)).collect();
+                self.add(modes.iter().map(|v| dot(&normal, v)).collect(), modes);
             }
-            let modes: Vec<[f64; 3]> = (0..body.free.modes.len()).map(|k| body.free.at(k, node, x)).collect();
-            self.add(modes.iter().map(|v| dot(&surface.normals[i], v)).collect(), modes);
         }
     }
 

@@ -6,7 +6,9 @@
 //!
 //! gap_j = int psi_j (g - n . (u - sum_k N_k u_k)) dA / D_j,  n the normal field of the multiplier side.
 //!
-//! g is the distance between the curves that the facets stand for (`camber.rs`), not between the facets.
+//! g is the distance between the curves that the facets stand for (`camber.rs`), not between the facets. Opposite straight
+//! facets move by linear displacements, which follow it from end to end of their common part but not in between: there it is
+//! interpolated, or the dual functions, which are negative in places, would make an overlap of curves that only touch.
 //!
 //! Against a rigid surface with normal m it is m / (m . n) in place of n: both bodies touch along its shape.
 //!
@@ -154,23 +156,34 @@ impl<'a> Overlap<'a> {
             let columns: Vec<usize> =
                 nodes.iter().filter_map(|node| opposite.binary_search(node).ok()).collect();
             let half = 0.5 * (segment.span[1] - segment.span[0]);
+            let facing = [surface, mortar];
+            // Normal field, place on the mortar facet, and distance between the curves.
+            let meet = |xi: f64| {
+                let (field, x) = (edge.normal(xi), edge.point(xi));
+                let (eta, distance) = segments.opposite(segment.facet, &x, &field)?;
+                let distance = clearance(facing, [f, segment.facet], [xi, eta], [&x, &field], distance);
+                Some((field, eta, distance))
+            };
+            let is_curved = surface.cambers[f].is_some() || mortar.cambers[segment.facet].is_some();
+            let straight = (is_curved && n == 2 && nodes.len() == 2)
+                .then(|| segment.span.map(|xi| meet(xi).map(|(.., distance)| distance)));
             for (at, weight) in GAUSS6 {
                 let xi = segment.span[0] + half * (1.0 + at);
-                let field = edge.normal(xi);
-                let hit = segments.opposite(segment.facet, &edge.point(xi), &field);
-                let Some((eta, distance)) = hit else { continue };
+                let Some((field, eta, distance)) = meet(xi) else { continue };
+                let distance = match straight {
+                    Some([Some(a), Some(b)]) => 0.5 * ((1.0 - at) * a + (1.0 + at) * b),
+                    _ => distance,
+                };
                 let normal = match mortar.rigid {
                     true => along_rigid(&field, &unit(&mortar.area_vector(segment.facet, eta))),
                     false => field,
                 };
-                let (at_point, along) = ([&edge.point(xi), &field], [xi, eta]);
-                let distance = clearance([surface, mortar], [f, segment.facet], along, at_point, distance);
                 let area = weight * half * edge.stretch(xi);
                 let b = part.basis(xi);
                 part.add(&b, area);
                 gap.axpy(area * distance, &b, 1.0);
                 let ((shape, _), (own_shape, _)) = (line_shape(nodes.len(), eta), line_shape(n, xi));
-                let (own_vectors, vectors) = match conforming([surface, mortar], [f, segment.facet]) {
+                let (own_vectors, vectors) = match conforming(facing, [f, segment.facet]) {
                     true => {
                         let opposite = normals::along(mortar, segment.facet).map(|n| n.map(|c| -c));
                         (
