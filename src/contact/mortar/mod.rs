@@ -26,7 +26,7 @@ pub use side::{coarser_side, multiplier_side};
 use super::Gap;
 use super::{
     Row, Surface,
-    camber::clearance,
+    curve::clearance,
     normals,
     rows::ROUND_OFF,
     surface::line_shape,
