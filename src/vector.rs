@@ -49,6 +49,21 @@ pub(crate) fn symmetric_eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64
     all_finite(matrix.iter()).then(|| SymmetricEigen::new(matrix))
 }
 
+/// An eigenvalue below this share of the largest is round-off: the matrix does not see that direction.
+const UNSEEN: f64 = 1e-10;
+
+/// Inverse on the eigenvectors whose eigenvalue is not [`UNSEEN`], zero on the others.
+pub(crate) fn pseudo_inverse(a: DMatrix<f64>) -> DMatrix<f64> {
+    if a.is_empty() {
+        return a;
+    }
+    let n = a.nrows();
+    let Some(mut eigen) = symmetric_eigen(a) else { return DMatrix::zeros(n, n) };
+    let largest = eigen.eigenvalues.max();
+    eigen.eigenvalues.apply(|v| *v = if *v > UNSEEN * largest { 1.0 / *v } else { 0.0 });
+    eigen.recompose()
+}
+
 /// a - b
 pub(crate) fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]

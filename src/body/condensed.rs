@@ -2,24 +2,19 @@
 //!
 //! With the Schur complement S = L L' and the rows J (held components left out), C = J S^-1 J' = Y'Y, Y = L^-1 J'.
 use super::{
-    Body, Interface,
-    interface::contact_force,
-    response::RowValues,
-    system::{SharedCost, System},
+    Body, Interface, cost::SharedCost, interface::contact_force, row_values::RowValues, system::System,
 };
 use crate::{
     error::{Error, Result},
     petsc::{Cholesky, Symmetric},
     schwarz::Spring,
+    vector::pseudo_inverse,
 };
 use nalgebra::{DMatrix, DVector};
 use std::{rc::Rc, time::Instant};
 
 /// A row whose compliance is below this share of the mean is held by a support.
 const HELD: f64 = 1e-9;
-
-/// Modes whose stiffness on the active rows is below this share of the largest are not seen by them.
-const UNSEEN: f64 = 1e-10;
 
 /// Where rows depend on each other, a displacement step takes the compliance plus this share of its mean diagonal: a
 /// preconditioner that is bounded where the body has nothing to say.
@@ -231,18 +226,6 @@ impl Step {
         springs.iter().for_each(|s| stiffness[(s.mode, s.mode)] += s.stiffness * s.lever * s.lever);
         Ok(Step { coarse: pseudo_inverse(stiffness), active, factor, forces })
     }
-}
-
-/// Inverse on the eigenvectors whose eigenvalue is not [`UNSEEN`], zero on the others.
-pub(super) fn pseudo_inverse(a: DMatrix<f64>) -> DMatrix<f64> {
-    if a.is_empty() {
-        return a;
-    }
-    let n = a.nrows();
-    let Some(mut eigen) = crate::vector::symmetric_eigen(a) else { return DMatrix::zeros(n, n) };
-    let largest = eigen.eigenvalues.max();
-    eigen.eigenvalues.apply(|v| *v = if *v > UNSEEN * largest { 1.0 / *v } else { 0.0 });
-    eigen.recompose()
 }
 
 fn dot(a: impl Iterator<Item = f64>, b: &[f64]) -> f64 {

@@ -1,6 +1,7 @@
 //! A body's equations and how they are solved: by its solver, or condensed to its interface.
 use super::{
-    Cost, Interface, condense_estimate,
+    Interface, condense_estimate,
+    cost::SharedCost,
     soft::{SoftModes, Split},
 };
 use crate::vector::larger;
@@ -10,27 +11,11 @@ use crate::{
     petsc::{Cholesky, Ksp, Matrix, ROUND_OFF, SchurFactor, Stage, Symmetric, Vector},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::{cell::Cell, rc::Rc, time::Instant};
+use std::time::Instant;
 
 /// A relative residual above this, and above what rounding the product A x alone leaves, gets the final displacements of a
 /// body one step of iterative refinement.
 const REFINE: f64 = 1e-12;
-
-/// Counters that a body shares with its responses.
-#[derive(Debug, Clone, Default)]
-pub(super) struct SharedCost(Rc<Cell<Cost>>);
-
-impl SharedCost {
-    pub fn get(&self) -> Cost {
-        self.0.get()
-    }
-
-    pub fn add(&self, change: impl FnOnce(&mut Cost)) {
-        let mut cost = self.0.get();
-        change(&mut cost);
-        self.0.set(cost);
-    }
-}
 
 /// Names for options and messages.
 #[derive(Debug, Clone)]

@@ -1,5 +1,5 @@
 //! What a study runs: every sensible combination of what is listed, at every level.
-use super::Request;
+use super::request::Request;
 use crate::{
     Error, Result,
     case::{self, Case, Driver, Geometry, StudyCase, Tolerance},
