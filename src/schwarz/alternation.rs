@@ -6,7 +6,7 @@
 use super::{
     ActiveSet, Outcome, Reason, Respond, Watch,
     record::State,
-    scales::THRESHOLD,
+    round_off::THRESHOLD,
     weights::{Correction, Sides, Weights},
 };
 use crate::{error::Result, record::HistoryRow};

@@ -3,7 +3,7 @@
 //! With Z the outward row displacements of all free modes, alpha their amplitudes and e the work of the loads on them,
 //! the gap is g = g_free + F R - Z alpha and the bodies are in equilibrium if Z' R = e. A spring of stiffness k and lever z
 //! on a mode is one more row, of compliance 1/k and never open: r / k - z alpha = 0, and z r resists the mode.
-use super::{Coupling, Respond, scales::ROUND_OFF};
+use super::{Coupling, Respond, round_off::ROUND_OFF};
 use crate::parallel::Exchange;
 use crate::vector::{larger, smaller, symmetric_eigen};
 use nalgebra::{DMatrix, DVector};

@@ -17,17 +17,19 @@ mod projected_cg;
 mod quadratic;
 mod record;
 mod respond;
+mod round_off;
 mod scales;
+mod state;
 #[cfg(test)]
 mod tests;
 mod tolerance;
 mod verdict;
 pub mod weights;
 
-pub use active_set::{ActiveSet, Ended, Limits, Outcome};
 pub use alternation::{Alternation, Measures};
 pub use coarse::{Coarse, Projector};
 pub use coupling::{Coupling, End, PairRows, Share, Steps};
 pub use respond::{Respond, Spring};
-pub use tolerance::{AUTOMATIC, MeshError};
+pub use state::{ActiveSet, Ended, Limits, MeshError, Outcome};
+pub use tolerance::AUTOMATIC;
 pub use verdict::{Reason, Watch};

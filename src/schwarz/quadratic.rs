@@ -5,7 +5,7 @@
 //! method, which cannot cycle, finds the set (Mehrotra 1992; Nocedal and Wright, Numerical Optimization, 16.6). Rows that
 //! depend on each other and motions that nothing holds need no special case: every factorisation is of a slightly
 //! stiffened system, whose error refinement takes away again; what the system does not determine stays at its least norm.
-use super::scales::ROUND_OFF;
+use super::round_off::ROUND_OFF;
 use crate::{
     error::Result,
     petsc::{Cholesky, Symmetric},

@@ -1,14 +1,9 @@
 //! What the active-set driver's residuals, tension and penetration are measured by.
-use super::{ActiveSet, Respond};
+use super::{
+    ActiveSet, Respond,
+    round_off::{ROUND_OFF, THRESHOLD},
+};
 use crate::vector::{larger, ratio, worst};
-
-/// What is below this share of its parts is round-off.
-pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
-
-/// Smallest thresholds of tension and penetration, relative to the largest force and the elastic approach: with exact
-/// zeros a gap that just closes lets nodes flip in round-off for ever. They grow tenfold, up to the tolerance, when a
-/// set returns.
-pub(super) const THRESHOLD: f64 = 1e-11;
 
 /// A pair's own approach counts down to this share of that of all pairs: of a smaller one the round-off of what they move
 /// together, [`ROUND_OFF`], leaves less than seven digits.

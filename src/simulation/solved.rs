@@ -1,7 +1,8 @@
 //! A solved case: from the plan to the last load step, then to the files.
 use super::{
-    adapt::Adapted,
-    draw, option_warnings, remove_old_summary,
+    adapted::Adapted,
+    files::{draw, remove_old_summary},
+    options::option_warnings,
     report::{Clock, Site},
     results::Run,
 };
