@@ -20,7 +20,8 @@ use crate::{
     mesh::Mesh,
     parallel,
     record::{AdaptRound, HistoryRow, Summary},
-    scene, vector,
+    scene::{self, ContactSide},
+    vector,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{collections::HashMap, path::Path, str::FromStr, time::Instant};
@@ -409,7 +410,7 @@ fn under_pressure(
         });
         let points = spread(world, &points);
         let ends = std::iter::zip(&plan.surfaces, &plan.ends);
-        for (surface, &(_, _, b)) in ends.filter(|(_, end)| end.0 == p) {
+        for (surface, &ContactSide { body: b, .. }) in ends.filter(|(_, end)| end.pair == p) {
             let cells = cells_of(surface, &plan.meshes[plan.place(b)]);
             let mut facets = facets_under(surface, points.as_chunks().0);
             for (facet, cell) in std::iter::zip(&mut facets, &cells) {

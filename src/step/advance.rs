@@ -18,7 +18,7 @@ use crate::{
     parallel::{self, Exchange, agree},
     petsc::Stage,
     record::{HistoryRow, Reason},
-    scene::Plan,
+    scene::{ContactSide, Plan},
     schwarz::{Coarse, Coupling, PairRows},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -312,7 +312,7 @@ impl Engine {
     fn look_beyond(&self, scene: &Scene, target: Target, end: &Nodal, found: &mut Found) {
         let (Scene { case, plan, exchange }, factors) = (*scene, target.factors);
         let mut moved = Vec::new();
-        for (surface, &(_, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
+        for (surface, &ContactSide { body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
             let place = plan.place(body);
             let u = self.bodies[place].at_nodes(&plan.groups.group, &end.displacement[place], &surface.nodes);
             moved.push(u);
@@ -505,7 +505,7 @@ fn nodes_inside(scene: &Scene, target: Target, moved: &[Vec<[f64; 3]>], found: &
     let deformed: Vec<Surface> = std::iter::zip(&plan.surfaces, moved).map(|(s, u)| s.moved(u)).collect();
     let surfaces = super::rows::both_surfaces(case, plan, exchange, &deformed);
     for end in &mut found.ends {
-        let at = plan.ends.iter().position(|e| (e.0, e.1) == (end.pair, end.side));
+        let at = plan.end(end.pair, end.side);
         let (Some(i), Gap::Geometry { offset }) = (at, &case.contacts[end.pair].gap) else { continue };
         let [own, other] = &surfaces[i];
         let depth = match super::rows::rigid_motion(case, end.pair, 1 - end.side) {

@@ -16,7 +16,7 @@ use crate::{
     estimate::pressure::{self, Chain},
     parallel::Exchange,
     record::{HistoryRow, Reason},
-    scene::Plan,
+    scene::{ContactSide, Plan},
     schwarz::{
         AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Limits, Outcome, PairRows, Projector, Respond,
     },
@@ -115,7 +115,7 @@ impl Contacts {
         let surfaces = both_surfaces(case, plan, exchange, &plan.surfaces);
         let pairs = pair_rows(case, plan, &surfaces, &held);
         let mut interface = vec![Vec::new(); plan.groups.bodies().len()];
-        for (surface, &(pair, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
+        for (surface, &ContactSide { pair, body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
             if case.contacts[pair].geometry == ContactGeometry::Updated {
                 interface[plan.place(body)].extend(&surface.nodes);
             }
@@ -139,7 +139,7 @@ impl Contacts {
         };
         let is_updated = |pair: usize| case.contacts[pair].geometry == ContactGeometry::Updated;
         let moved: Vec<Surface> = std::iter::zip(&plan.surfaces, &plan.ends)
-            .map(|(surface, &(pair, _, body))| {
+            .map(|(surface, &ContactSide { pair, body, .. })| {
                 if !is_updated(pair) {
                     return surface.clone();
                 }
@@ -149,7 +149,7 @@ impl Contacts {
             })
             .collect();
         let mut surfaces = both_surfaces(case, plan, exchange, &moved);
-        for (i, &(pair, side, _)) in plan.ends.iter().enumerate() {
+        for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
             if let (true, Some(motion)) = (is_updated(pair), rigid_motion(case, pair, 1 - side)) {
                 let u = motion.map(|m| to.supports * m);
                 surfaces[i][1] = surfaces[i][1].moved(&vec![u; surfaces[i][1].nodes.len()]);
@@ -317,7 +317,7 @@ impl Contacts {
         for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let Some(pair) = &self.pairs[end.pair] else { continue };
             let nodes = pair.own_rows().iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
-            let key = |node| (end.pair, plan.ends[i].1, node);
+            let key = |node| (end.pair, plan.ends[i].side, node);
             forces.extend(nodes.map(|node| known.get(&key(node)).copied().unwrap_or(0.0)));
             // Of the other side's own nodes nothing is known.
             forces.extend(pair.rows[pair.n_own..].iter().map(|_| 0.0));
@@ -380,7 +380,7 @@ impl Contacts {
             let values = &values[..];
             solution.force[end.body][end.rows.clone()].copy_from_slice(values);
             let Some(pair) = &self.pairs[end.pair] else { continue };
-            let (surface, side) = (&plan.surfaces[i], plan.ends[i].1);
+            let (surface, side) = (&plan.surfaces[i], plan.ends[i].side);
             if !end.multiplier {
                 found.ends.push(EndFound::of_mortar(surface, end.pair, side, pair, values));
                 continue;

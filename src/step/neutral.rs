@@ -9,7 +9,7 @@ use crate::{
     body::Body,
     case::{Case, ContactGeometry},
     contact::{Surface, vector::dot},
-    scene::Plan,
+    scene::{ContactSide, Plan},
     vector::larger,
 };
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -37,7 +37,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
     let mut found = Vec::new();
     for (place, (body, &index)) in std::iter::zip(bodies, plan.groups.bodies()).enumerate() {
         let modes = body.free.modes.len();
-        let ends = || std::iter::zip(&plan.surfaces, &plan.ends).filter(move |(_, end)| end.2 == index);
+        let ends = || std::iter::zip(&plan.surfaces, &plan.ends).filter(move |(_, end)| end.body == index);
         if modes == 0 || ends().next().is_none() {
             continue;
         }
@@ -46,7 +46,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
         let mut sides = Along::new(modes);
         let mut tracks = Along::new(modes);
         let mut has_track = false;
-        for (surface, &(pair, side, _)) in ends() {
+        for (surface, &ContactSide { pair, side, .. }) in ends() {
             sides.add_surface(body, surface);
             let updated = case.contacts[pair].geometry == ContactGeometry::Updated;
             match straight_partner(case, pair, side).filter(|_| updated) {

@@ -7,7 +7,7 @@ use crate::{
     error::Result,
     material::LinearElastic,
     parallel::Exchange,
-    scene::Plan,
+    scene::{ContactSide, Plan},
     schwarz::{End, PairRows},
 };
 use std::collections::{HashMap, HashSet};
@@ -56,7 +56,7 @@ pub(crate) fn pair_rows(
     held: &[[Vec<bool>; 2]],
 ) -> Vec<Option<Pair>> {
     let mut pairs: Vec<Option<Pair>> = case.contacts.iter().map(|_| None).collect();
-    for (i, &(pair, side, _)) in plan.ends.iter().enumerate() {
+    for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
         if pairs[pair].is_none() {
             let (mut sides, mut holds) = ([&surfaces[i][0], &surfaces[i][1]], [&held[i][0], &held[i][1]]);
             if side == 1 {
@@ -316,7 +316,7 @@ impl Shares {
             .map(|nodes| nodes.iter().enumerate().map(|(i, &n)| (n, i)).collect())
             .collect();
         let thickness = case.analysis.thickness();
-        for (i, &(pair, side, body)) in plan.ends.iter().enumerate() {
+        for (i, &ContactSide { pair, side, body }) in plan.ends.iter().enumerate() {
             let Some(data) = &pairs[pair] else { continue };
             let place = plan.place(body);
             let is_multiplier = side == data.multiplier;
@@ -367,7 +367,7 @@ pub(crate) fn both_surfaces(
     let received = exchange.swap(&packed);
     std::iter::zip(own, received)
         .zip(&plan.ends)
-        .map(|((own, received), &(pair, side, _))| {
+        .map(|((own, received), &ContactSide { pair, side, .. })| {
             let other = match plan.rigid_surface(case, pair, 1 - side) {
                 Some(rigid) => rigid,
                 None => Surface::unpack(&received),
@@ -380,7 +380,7 @@ pub(crate) fn both_surfaces(
 /// Per end: which nodes of both surfaces a support holds along the normal. Collective on the roots.
 pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<bool>; 2]>> {
     let mut own = Vec::new();
-    for (surface, &(_, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
+    for (surface, &ContactSide { body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
         let mesh = &plan.meshes[plan.place(body)];
         let constraints = Constraints::new(&case.bodies[body], mesh)?;
         let is_held = |(node, normal): (&u32, &[f64; 3])| {
