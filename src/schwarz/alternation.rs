@@ -4,7 +4,7 @@
 //! iterations of the paper). The state reported is the one after the force step: action equals reaction, the gap as
 //! converged. It needs bodies that stand without contact and answer displacements exactly.
 use super::{
-    ActiveSet, Outcome, Reason, Respond, Watch,
+    ActiveSet, Interpolated, Outcome, Reason, Respond, Watch,
     record::State,
     round_off::THRESHOLD,
     weights::{Correction, Sides, Weights},
@@ -177,7 +177,7 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
         for (pair, range) in std::iter::zip(self.rows.rows, &self.rows.coupling.ranges) {
             for (force, interpolated) in std::iter::zip(&mut *forces, &pair.interpolated) {
                 let own = force[range.clone()].to_vec();
-                for (row, terms) in interpolated {
+                for Interpolated { row, terms } in interpolated {
                     force[range.start + row] = terms.iter().map(|&(k, share)| share * own[k]).sum();
                 }
             }
@@ -192,8 +192,8 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
             _ => reactions.clone(),
         };
         let mut sums = [0.0; 3];
-        for j in 0..self.rows.coupling.n_rows {
-            let [own, other] = [reactions[0][j], reactions[1][j]];
+        let n_rows = self.rows.coupling.n_rows;
+        for (j, (own, other)) in std::iter::zip(&reactions[0], &reactions[1]).take(n_rows).enumerate() {
             let weight = self.weight(Correction::Force, &measured, j);
             self.rows.force[j] = if self.rows.active[j] { own + weight * (other - own) } else { 0.0 };
             if self.rows.active[j] && self.sides[j].held == [false; 2] {
@@ -268,7 +268,7 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
     fn watched(&self) -> Vec<bool> {
         let mut watched = vec![false; self.rows.coupling.n];
         for (pair, range) in std::iter::zip(self.rows.rows, &self.rows.coupling.ranges) {
-            pair.interpolated.iter().flatten().for_each(|(row, _)| watched[range.start + row] = true);
+            pair.interpolated.iter().flatten().for_each(|i| watched[range.start + i.row] = true);
         }
         watched
     }

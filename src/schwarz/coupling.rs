@@ -47,9 +47,17 @@ pub struct PairRows {
     pub side: usize,
     /// Per row: whether the multiplier side and the mortar side cannot give way, held by supports or rigid.
     pub held: Vec<[bool; 2]>,
-    /// Rows whose forces do not act on the multiplier side and on the mortar side, and of which rows the force there is
-    /// the mean, with which weights (28).
-    pub interpolated: [Vec<(usize, Vec<(usize, f64)>)>; 2],
+    /// Rows whose forces do not act on the multiplier side and on the mortar side.
+    pub interpolated: [Vec<Interpolated>; 2],
+}
+
+/// A row whose force does not act on a side: the force at its place there is a mean of those of other rows (28).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Interpolated {
+    /// The row.
+    pub row: usize,
+    /// The others, with their weights.
+    pub terms: Vec<(usize, f64)>,
 }
 
 /// How many steps the bodies have made.

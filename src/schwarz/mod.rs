@@ -28,7 +28,7 @@ pub mod weights;
 
 pub use alternation::{Alternation, Measures};
 pub use coarse::{Coarse, Projector};
-pub use coupling::{Coupling, End, PairRows, Share, Steps};
+pub use coupling::{Coupling, End, Interpolated, PairRows, Share, Steps};
 pub use respond::{Respond, Spring};
 pub use state::{ActiveSet, Ended, Limits, MeshError, Outcome};
 pub use tolerance::AUTOMATIC;

@@ -8,7 +8,7 @@ use crate::{
     material::LinearElastic,
     parallel::Exchange,
     scene::{ContactSide, Plan},
-    schwarz::{End, PairRows},
+    schwarz::{End, Interpolated, PairRows},
 };
 use std::collections::{HashMap, HashSet};
 
@@ -143,7 +143,7 @@ fn one_pair(
     };
     let yields =
         |(row, acts): &(Row, Acts)| std::iter::zip(acts, is_held(row)).any(|(acts, held)| *acts && !held);
-    let (near, beyond): (Vec<(Row, Acts)>, Vec<(Row, Acts)>) = all
+    let (near, beyond): (Vec<_>, Vec<_>) = all
         .into_iter()
         .filter(yields)
         .map(|(row, acts)| (closed(row, &contact.gap, [own, other]), acts))
@@ -221,7 +221,7 @@ impl Pair {
 
     /// Of which rows the force is what the nodes of a side carry where a row does not act, and with which weights: the
     /// conjugate point's (28).
-    fn interpolated(&self, side: usize) -> Vec<(usize, Vec<(usize, f64)>)> {
+    fn interpolated(&self, side: usize) -> Vec<Interpolated> {
         let acts = |j: &usize| !self.watched[side].contains(j);
         // The node that a row which acts on this side belongs to there.
         let node = |j: usize| match side == 0 || j >= self.n_own {
@@ -233,7 +233,7 @@ impl Pair {
             let row = &self.rows[j];
             let terms = row.terms[side].iter();
             let terms = terms.filter_map(|(node, v)| Some((*rows.get(node)?, dot(v, &row.normal).abs())));
-            (j, terms.collect())
+            Interpolated { row: j, terms: terms.collect() }
         };
         self.watched[side].iter().map(of_row).collect()
     }
