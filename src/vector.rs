@@ -1,6 +1,7 @@
 //! Small vectors, and maxima that keep what is not a number: a number that is lost in a maximum is a wrong answer that
 //! passes every test made with it.
 
+use crate::tolerances::UNSEEN;
 use nalgebra::{DMatrix, Dyn, SymmetricEigen};
 
 /// The larger of two; not a number if either is not one.
@@ -48,9 +49,6 @@ pub fn all_finite<'a>(values: impl IntoIterator<Item = &'a f64>) -> bool {
 pub(crate) fn symmetric_eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, Dyn>> {
     all_finite(matrix.iter()).then(|| SymmetricEigen::new(matrix))
 }
-
-/// An eigenvalue below this share of the largest is round-off: the matrix does not see that direction.
-const UNSEEN: f64 = 1e-10;
 
 /// Inverse on the eigenvectors whose eigenvalue is not [`UNSEEN`], zero on the others.
 pub(crate) fn pseudo_inverse(a: DMatrix<f64>) -> DMatrix<f64> {

@@ -4,6 +4,7 @@
 use super::{
     Body, Interface, cost::SharedCost, interface::contact_force, row_values::RowValues, system::System,
 };
+use crate::tolerances::HELD_COMPLIANCE;
 use crate::{
     error::{Error, Result},
     petsc::{Cholesky, Symmetric},
@@ -12,9 +13,6 @@ use crate::{
 };
 use nalgebra::{DMatrix, DVector};
 use std::{rc::Rc, time::Instant};
-
-/// A row whose compliance is below this share of the mean is held by a support.
-const HELD: f64 = 1e-9;
 
 /// Where rows depend on each other, a displacement step takes the compliance plus this share of its mean diagonal: a
 /// preconditioner that is bounded where the body has nothing to say.
@@ -102,7 +100,7 @@ impl Condensed {
     pub(super) fn prescribe(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>> {
         let mut force = vec![0.0; inward.len()];
         // A support holds the other rows: no force moves them, and none resists.
-        let least = HELD * self.compliance.mean_diagonal();
+        let least = HELD_COMPLIANCE * self.compliance.mean_diagonal();
         let yields = |i: usize| self.compliance.at(i, i) > least;
         let chosen: Vec<usize> = (0..active.len()).filter(|&i| active[i] && yields(i)).collect();
         if chosen.is_empty() {

@@ -5,6 +5,7 @@
 //! weighted by the size of the row's vector at the node, W inward, and each row gets W' of the nodes' reactions: the
 //! operator W' S W is symmetric and positive semi-definite, and the sum of R is the sum of the reactions.
 use super::{BodyRow, Constraints, NodeConstraint, parts::Parts};
+use crate::tolerances::HELD_PRESCRIBED;
 use crate::{
     contact::vector::{self, combine, dot, norm},
     error::{Error, Result},
@@ -18,9 +19,6 @@ use std::collections::BTreeMap;
 /// Rows whose directions at a node have at least this cosine prescribe one direction; others (another surface at a
 /// corner) a second one.
 const SAME: f64 = 0.7;
-
-/// A direction of which supports leave less than this cannot be prescribed.
-const HELD: f64 = 0.1;
 
 /// The vectors of a row add up to about 1; a row of less than this has no direction.
 const VOID: f64 = 0.1;
@@ -163,7 +161,7 @@ fn prescribed_nodes(body: &Parts) -> Vec<Prescribed> {
             let unit = vector::unit(&direction);
             let free = own.map_or(unit, |own| own.free_part(&unit, dim));
             let parallel = |other: &[f64; 3]| dot(other, &free).abs() > 0.999 * norm(other) * norm(&free);
-            if norm(&free) < HELD || p.directions.iter().any(parallel) {
+            if norm(&free) < HELD_PRESCRIBED || p.directions.iter().any(parallel) {
                 continue;
             }
             let total: f64 = rows.iter().map(|(_, w)| w).sum();

@@ -4,11 +4,12 @@ use super::{
     cost::SharedCost,
     soft::{SoftModes, Split},
 };
+use crate::tolerances::PRODUCT;
 use crate::vector::larger;
 use crate::{
     error::{Error, Result},
     parallel::{self, agree},
-    petsc::{Cholesky, Ksp, Matrix, ROUND_OFF, SchurFactor, Stage, Symmetric, Vector},
+    petsc::{Cholesky, Ksp, Matrix, SchurFactor, Stage, Symmetric, Vector},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::time::Instant;
@@ -227,7 +228,7 @@ impl System {
         let residual = self.residual(group, b, &x)?;
         let squares = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
         let sums = parallel::sum(group, &[squares(&residual), squares(b), squares(&x)]);
-        let round_off = ROUND_OFF * self.diagonal * sums[2].sqrt();
+        let round_off = PRODUCT * self.diagonal * sums[2].sqrt();
         if sums[0].sqrt() <= (REFINE * sums[1].sqrt()).max(round_off) {
             return Ok(x);
         }

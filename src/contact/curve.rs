@@ -3,10 +3,8 @@ use super::{
     Camber, Surface,
     vector::{combine, dot, norm, sub, unit},
 };
+use crate::tolerances::COORDINATES;
 use crate::vector::larger;
-
-/// Ends of facets that are this near to each other, relative to the facet, are the same point.
-const SAME_POINT: f64 = 1e-9;
 
 /// How far beyond its ends, in xi, a curve is followed.
 const BEYOND: f64 = 1.5;
@@ -113,7 +111,7 @@ fn same_ends(surfaces: [&Surface; 2], facets: [usize; 2]) -> bool {
         [facet[0], facet[1]].map(|n| surface.points[n as usize])
     };
     let ([a, b], [c, d]) = (ends(0), ends(1));
-    let size = SAME_POINT * surfaces[0].facet_size(facets[0]);
+    let size = COORDINATES * surfaces[0].facet_size(facets[0]);
     norm(&sub(&a, &d)) <= size && norm(&sub(&b, &c)) <= size
 }
 

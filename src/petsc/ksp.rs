@@ -7,6 +7,7 @@ use super::{
     sys,
 };
 use crate::error::{Error, Result};
+use crate::tolerances::PRODUCT;
 use mpi::traits::{AsRaw, Communicator};
 use std::{
     ffi::{CStr, CString, c_char},
@@ -31,9 +32,6 @@ const DEPARTS: f64 = 10.0;
 
 /// A solver that stops by another norm than the true residual's is started again so often.
 const RESTARTS: usize = 3;
-
-/// Rounding the product A x alone leaves about this share of |A| |x|.
-pub const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 /// Preconditioners whose operator is symmetric for a symmetric matrix; conjugate gradients need one.
 const SYMMETRIC: [&str; 16] = [
@@ -234,7 +232,7 @@ impl Ksp {
             self.residual(b, x, &residual)?;
             let before = reached;
             reached = residual.norm()? / scale;
-            let round_off = ROUND_OFF * self.diagonal * x.norm()? / scale;
+            let round_off = PRODUCT * self.diagonal * x.norm()? / scale;
             if reached <= (DEPARTS * self.tolerance).max(round_off) {
                 return Ok(());
             }

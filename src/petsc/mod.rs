@@ -13,7 +13,7 @@ mod session;
 mod stage;
 
 pub use dense::{Cholesky, Symmetric};
-pub use ksp::{Ksp, ROUND_OFF, smooth_stretched};
+pub use ksp::{Ksp, smooth_stretched};
 pub use linear::{Coordinates, Gather, Matrix, Vector};
 pub use schur::SchurFactor;
 pub use session::{Session, has_option, option_prefixes_left, set_options, touch_blas};

@@ -6,9 +6,9 @@
 use super::{
     ActiveSet, Interpolated, Outcome, Reason, Respond, Watch,
     record::State,
-    round_off::THRESHOLD,
     weights::{Correction, Sides, Weights},
 };
+use crate::tolerances::THRESHOLD;
 use crate::{error::Result, record::HistoryRow};
 
 /// Measures of one alternation, over all rows of all ranks.

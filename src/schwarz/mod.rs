@@ -17,7 +17,6 @@ mod projected_cg;
 mod quadratic;
 mod record;
 mod respond;
-mod round_off;
 mod scales;
 mod state;
 #[cfg(test)]

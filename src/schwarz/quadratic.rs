@@ -5,7 +5,7 @@
 //! method, which cannot cycle, finds the set (Mehrotra 1992; Nocedal and Wright, Numerical Optimization, 16.6). Rows that
 //! depend on each other and motions that nothing holds need no special case: every factorisation is of a slightly
 //! stiffened system, whose error refinement takes away again; what the system does not determine stays at its least norm.
-use super::round_off::ROUND_OFF;
+use crate::tolerances::SUM;
 use crate::{
     error::Result,
     petsc::{Cholesky, Symmetric},
@@ -207,7 +207,7 @@ impl Quadratic {
                 let parts = gap[j].abs() + rigid(j).map(f64::abs).sum::<f64>();
                 next[j] = match active[j] {
                     true => x[j] >= -NONE * force,
-                    false => y < -(NONE * approach + ROUND_OFF * parts),
+                    false => y < -(NONE * approach + SUM * parts),
                 };
             }
         }

@@ -1,11 +1,7 @@
 //! What a driver works on: forces, gaps and active rows of this rank.
-use super::{
-    Coarse, Coupling, PairRows, Reason, Respond, Share,
-    dual::Dual,
-    record::Recorder,
-    round_off::{ROUND_OFF, THRESHOLD},
-};
+use super::{Coarse, Coupling, PairRows, Reason, Respond, Share, dual::Dual, record::Recorder};
 use crate::record::HistoryRow;
+use crate::tolerances::{SUM, THRESHOLD};
 
 /// What the user chooses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +96,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         initial.resize(coupling.n, 0.0);
         let free = coupling.free();
         // A gap that closes to round-off is closed, and does not penetrate.
-        let closes = |g: f64, w: f64| (g - w).abs() <= ROUND_OFF * g.abs().max(w.abs());
+        let closes = |g: f64, w: f64| (g - w).abs() <= SUM * g.abs().max(w.abs());
         let g_free: Vec<f64> =
             std::iter::zip(&initial, free).map(|(&g, w)| if closes(g, w) { 0.0 } else { g - w }).collect();
         let n = coupling.n;

@@ -5,6 +5,7 @@
 //! until huge forces balance next to nothing. So these motions are held, as in the analysis of a free structure by inertia
 //! relief, and reported as free; loads that do work on them beyond what facets leave are refused.
 use super::rows::straight_partner;
+use crate::tolerances::NO_WORK;
 use crate::{
     body::Body,
     case::{Case, ContactGeometry},
@@ -17,9 +18,6 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// Angle, rad, between a surface and a motion along it that the coordinates of a mesh file leave: six digits on facets of a
 /// twentieth of the radius.
 const FILE_DIGITS: f64 = 1e-5;
-
-/// Work of the loads on a motion, relative to the sum of the absolute works, that quadrature leaves.
-const QUADRATURE: f64 = 1e-9;
 
 /// A motion along the body's own surfaces.
 #[derive(Debug, Clone)]
@@ -69,7 +67,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
         let of = |v: DVector<f64>| Neutral {
             place,
             motion: v.as_slice().to_vec(),
-            faceted: facets.work().max(QUADRATURE),
+            faceted: facets.work().max(NO_WORK),
         };
         found.extend(motions.into_iter().map(of));
     }

@@ -1,4 +1,5 @@
 //! Contact rows of the pairs, and the bodies' shares of them.
+use crate::tolerances::HELD_DIRECTION;
 use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
@@ -14,9 +15,6 @@ use std::collections::{HashMap, HashSet};
 
 /// Default search distance as a share of the smaller surface's extent.
 const SEARCH: f64 = 0.1;
-
-/// A contact node whose free directions carry less than this share of the normal is held by its support.
-const HELD: f64 = 1e-6;
 
 /// A pair as the first rank of either group sees it.
 pub(crate) struct Pair {
@@ -386,7 +384,7 @@ pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Resul
         let is_held = |(node, normal): (&u32, &[f64; 3])| {
             constraints.0.get(node).is_some_and(|support| {
                 let free = support.free_part(normal, mesh.dim);
-                dot(&free, &free).sqrt() < HELD
+                dot(&free, &free).sqrt() < HELD_DIRECTION
             })
         };
         own.push(std::iter::zip(&surface.nodes, &surface.normals).map(is_held).collect::<Vec<bool>>());

@@ -28,14 +28,14 @@ use super::{
     Row, Surface,
     curve::clearance,
     normals,
-    rows::ROUND_OFF,
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
 };
+use crate::tolerances::COORDINATES;
 use crate::vector::larger;
 use dual::{Dual, Part};
 use nalgebra::{DMatrix, DVector};
-use segments::{Edge, SLIVER, Segments};
+use segments::{Edge, Segments};
 use std::collections::BTreeMap;
 
 /// A node carries a multiplier if at least this share of its B has a partner on one of its edges: what holds for
@@ -70,7 +70,7 @@ pub fn rows(
     search_distance: f64,
 ) -> Vec<Row> {
     let found = transfer(multiplier, mortar, gap, thickness, search_distance, &|_| false);
-    found.rows.into_iter().filter(|row| row.gap <= search_distance * (1.0 + ROUND_OFF)).collect()
+    found.rows.into_iter().filter(|row| row.gap <= search_distance * (1.0 + COORDINATES)).collect()
 }
 
 /// What the mortar transfer of a pair consists of.
@@ -139,7 +139,7 @@ impl<'a> Overlap<'a> {
         let found = segments.of(&edge);
         let total: f64 = found.iter().map(|s| s.span[1] - s.span[0]).sum();
         let (first, last) = (found.first()?, found.last()?);
-        if total <= 2.0 * SLIVER {
+        if total <= 2.0 * COORDINATES {
             return None;
         }
         let span = [first.span[0], last.span[1]];
@@ -210,7 +210,7 @@ impl<'a> Overlap<'a> {
             whole.iter_mut().zip(b).for_each(|(sum, b)| *sum += weight * edge.stretch(xi) * b);
         }
         let shares = part.areas().iter().zip(whole).map(|(area, whole)| area / whole).collect();
-        let reaches = [span[0] <= -1.0 + 2.0 * SLIVER, span[1] >= 1.0 - 2.0 * SLIVER];
+        let reaches = [span[0] <= -1.0 + 2.0 * COORDINATES, span[1] >= 1.0 - 2.0 * COORDINATES];
         Some(Overlap { edge, part, opposite, own, mixed, gap, mean, shares, reaches })
     }
 
