@@ -1,7 +1,8 @@
 //! What counts as round-off, in the places that several files know of; a number that only one file needs stands there.
 //!
-//! Each is far above what double precision leaves (2.2e-16 of a number) and far below what a model can mean: the effects of ten
-//! times more or less are said with each.
+//! Each is far above what double precision leaves (2.2e-16 of a number) and far below what a model can mean; what ten times
+//! more or less would do is said with each. All of them ten times larger at once ([`HELD_PRESCRIBED`] three times), or all ten
+//! times smaller, leave every verification problem within its bounds.
 
 /// Rounding the product A x alone leaves about this share of |A| |x|: rows of some tens of entries, each rounded twice. Ten
 /// times less asks for refinement that cannot help; ten times more leaves one digit of a badly conditioned body.
