@@ -49,9 +49,9 @@ impl NodeConstraint {
     /// The supports, at zero displacement, and further `directions` held at zero, linearly dependent ones left out.
     pub fn and_held(&self, directions: &[[f64; 3]], dim: usize) -> NodeConstraint {
         let supports = (0..dim).filter(|&c| self.prescribed[c].is_some()).map(|c| self.direction(c));
-        let rows: Vec<Row> = supports
+        let rows: Vec<Condition> = supports
             .chain(directions.iter().copied())
-            .map(|direction| Row { direction, value: 0.0 })
+            .map(|direction| Condition { direction, value: 0.0 })
             .collect();
         node_constraint(&rows, dim)
     }
@@ -81,7 +81,7 @@ impl NodeConstraint {
 pub struct Constraints(pub BTreeMap<u32, NodeConstraint>);
 
 /// A prescribed displacement along a direction.
-struct Row {
+struct Condition {
     direction: [f64; 3],
     value: f64,
 }
@@ -93,7 +93,7 @@ impl Constraints {
     /// Collects the supports of a body over its whole mesh. Two supports of one node in the same direction must
     /// agree; in different directions they add up, oblique ones too.
     pub fn new(case: &BodyCase, mesh: &Mesh) -> Result<Constraints> {
-        let mut rows: BTreeMap<u32, Vec<Row>> = BTreeMap::new();
+        let mut rows: BTreeMap<u32, Vec<Condition>> = BTreeMap::new();
         for support in &case.supports {
             let (sin, cos) = support.angle.sin_cos();
             let axes = [[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]];
@@ -107,7 +107,7 @@ impl Constraints {
                         return Err(support.origin.error(text));
                     }
                     let rows = rows.entry(node).or_default();
-                    add_row(rows, Row { direction, value })
+                    add_row(rows, Condition { direction, value })
                         .map_err(|text| support.origin.error(format!("{text} at ({}, {})", x[0], x[1])))?;
                 }
             }
@@ -172,7 +172,7 @@ impl Constraints {
 }
 
 /// Adds a row unless it repeats another; an error if it contradicts one.
-fn add_row(rows: &mut Vec<Row>, row: Row) -> std::result::Result<(), String> {
+fn add_row(rows: &mut Vec<Condition>, row: Condition) -> std::result::Result<(), String> {
     for known in rows.iter() {
         let cos = dot(&known.direction, &row.direction);
         if 1.0 - cos.abs() < PARALLEL * PARALLEL + f64::EPSILON {
@@ -192,7 +192,7 @@ fn add_row(rows: &mut Vec<Row>, row: Row) -> std::result::Result<(), String> {
 }
 
 /// Orthonormal frame whose first directions span the rows, and the values along them.
-fn node_constraint(rows: &[Row], dim: usize) -> NodeConstraint {
+fn node_constraint(rows: &[Condition], dim: usize) -> NodeConstraint {
     let fixed = [false; 3];
     let axis = |d: &[f64; 3]| (0..dim).find(|&c| d[c].abs() == 1.0);
     if let Some(axes) = rows.iter().map(|r| axis(&r.direction)).collect::<Option<Vec<_>>>() {
@@ -228,14 +228,14 @@ fn node_constraint(rows: &[Row], dim: usize) -> NodeConstraint {
 mod tests {
     use super::*;
 
-    fn row(angle: f64, value: f64) -> Row {
-        Row { direction: [angle.cos(), angle.sin(), 0.0], value }
+    fn row(angle: f64, value: f64) -> Condition {
+        Condition { direction: [angle.cos(), angle.sin(), 0.0], value }
     }
 
     #[test]
     fn oblique_rows_meet_in_one_point() {
         let (rows, u) = ([row(0.3, 0.0), row(1.2, 0.0)], [2e-3, -1e-3, 0.0]);
-        let rows = rows.map(|r| Row { value: dot(&r.direction, &u), ..r });
+        let rows = rows.map(|r| Condition { value: dot(&r.direction, &u), ..r });
         let c = node_constraint(&rows, 2);
         for (i, u) in u.iter().enumerate().take(2) {
             let back: f64 = (0..2).map(|k| c.direction(k)[i] * c.prescribed[k].unwrap()).sum();

@@ -10,7 +10,7 @@ use std::{rc::Rc, time::Instant};
 
 /// What the first rank asks the others for.
 #[derive(Clone, Copy, PartialEq)]
-enum Request {
+enum Order {
     Finish,
     Solve,
     Prescribe,
@@ -45,10 +45,10 @@ impl Solver {
         // A failure is every rank's: the first rank finds it too, and then finishes.
         let mut served = Ok(());
         loop {
-            let result = match self.request(Request::Finish) {
-                Request::Finish => return served,
-                Request::Solve => self.solve(&[]),
-                Request::Prescribe => self.prescribe(&[]),
+            let result = match self.request(Order::Finish) {
+                Order::Finish => return served,
+                Order::Solve => self.solve(&[]),
+                Order::Prescribe => self.prescribe(&[]),
             };
             served = served.and(result.map(|_| ()));
         }
@@ -56,13 +56,13 @@ impl Solver {
 
     pub(super) fn finish(&self) {
         if self.group.rank() == 0 {
-            self.request(Request::Finish);
+            self.request(Order::Finish);
         }
     }
 
     /// The first rank's request, on all ranks. Those that wait sleep. Collective.
-    fn request(&self, what: Request) -> Request {
-        const ALL: [Request; 3] = [Request::Finish, Request::Solve, Request::Prescribe];
+    fn request(&self, what: Order) -> Order {
+        const ALL: [Order; 3] = [Order::Finish, Order::Solve, Order::Prescribe];
         if self.group.size() == 1 {
             return what;
         }
@@ -103,7 +103,7 @@ impl Solver {
 
     /// Displacements at the interface nodes under row forces alone, m.
     pub(super) fn interface_displacements(&self, force: &[f64]) -> Result<Vec<f64>> {
-        self.request(Request::Solve);
+        self.request(Order::Solve);
         let f = contact_force(&self.parts.values.rows, force, self.parts.interface.nodes.len(), self.dim());
         self.solve(&f)
     }
@@ -121,7 +121,7 @@ impl Solver {
             std::iter::zip(v, active).map(|(v, active)| if *active { *v } else { 0.0 }).collect()
         };
         let modes: Vec<Vec<f64>> = self.parts.values.modes.iter().map(|mode| on_active(mode)).collect();
-        self.request(Request::Prescribe);
+        self.request(Order::Prescribe);
         let mut force = self.prescribe(&without(&modes, on_active(inward)))?;
         force = without(&modes, on_active(&force));
         Ok(force)

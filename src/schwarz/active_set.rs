@@ -5,7 +5,7 @@
 //! F, the displacement step of one body of each pair preconditions. Then nodes in tension leave the set and nodes that
 //! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
-use super::{ActiveSet, Ended, Reason, Respond, dual::Dual, projected_cg::Inner, record::State};
+use super::{ActiveSet, Ended, Reason, Respond, dual::Dual, projected_cg::Inner, record::Snapshot};
 use crate::vector::{larger, smaller};
 use crate::{error::Result, record::HistoryRow};
 use std::{
@@ -245,7 +245,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let size = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
         let imbalance = size(&mut std::iter::zip(&pushed, &self.coarse.work).map(|(p, e)| p - e));
         let total = size(&mut self.coarse.work.iter().copied());
-        let state = State {
+        let state = Snapshot {
             gaps: &gaps,
             active: &self.active,
             flipped: if flips > 0 { &self.flipped } else { &[] },

@@ -5,7 +5,7 @@
 //! converged. It needs bodies that stand without contact and answer displacements exactly.
 use super::{
     ActiveSet, Interpolated, Outcome, Reason, Respond, Watch,
-    record::State,
+    record::Snapshot,
     weights::{Correction, Sides, Weights},
 };
 use crate::tolerances::THRESHOLD;
@@ -132,7 +132,7 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
         measures.flips = (counts[0] + counts[1]) as usize;
         measures.active += counts[0] as usize;
         self.rows.flipped = left.into_iter().chain(entered).collect();
-        let state = State {
+        let state = Snapshot {
             gaps: &self.rows.gap,
             active: &was_active,
             flipped: &self.rows.flipped,

@@ -186,11 +186,9 @@ impl Engine {
             if updated {
                 self.follow(scene, &place)?;
             }
-            let history = std::mem::take(&mut found.history);
-            let counts = (found.updates, found.force_steps, found.displacement_steps);
             let (driven, solution) = self.drive(scene, target, &warm, &mut progress)?;
-            found = driven;
-            found.prepend(history, counts);
+            let before = std::mem::replace(&mut found, driven);
+            found.prepend(before);
             let recovering = Instant::now();
             end = self.recover(plan, &solution)?;
             self.clock.recover += recovering.elapsed().as_secs_f64();

@@ -212,8 +212,7 @@ impl Contacts {
             Err(error) => return Err(error),
         };
         let (mut found, solution) = self.solve_from(task, neutral, responses, None, progress)?;
-        let counts = (failed.updates, failed.force_steps, failed.displacement_steps);
-        found.prepend(failed.history, counts);
+        found.prepend(failed);
         Ok((found, solution))
     }
 

@@ -94,18 +94,17 @@ impl Found {
         }
     }
 
-    /// Puts the history and the counts of earlier geometries before its own.
-    pub fn prepend(&mut self, mut history: Vec<HistoryRow>, counts: (u64, u64, u64)) {
-        let (before, updates) = (history.len() as u64, counts.0);
+    /// Puts the history and the counts of what was tried before in front of its own.
+    pub fn prepend(&mut self, mut before: Found) {
         for row in &mut self.history {
-            row.alternation += before;
-            row.update += updates;
+            row.alternation += before.history.len() as u64;
+            row.update += before.updates;
         }
-        history.append(&mut self.history);
-        self.history = history;
-        self.updates += counts.0;
-        self.force_steps += counts.1;
-        self.displacement_steps += counts.2;
+        before.history.append(&mut self.history);
+        self.history = before.history;
+        self.updates += before.updates;
+        self.force_steps += before.force_steps;
+        self.displacement_steps += before.displacement_steps;
     }
 }
 

@@ -117,7 +117,7 @@ fn one_pair(
     let (all, cover): (Vec<(Row, Acts)>, _) = match case.alternation.transfer {
         Transfer::Mortar => {
             let thickness = case.analysis.thickness();
-            let mortar::Transfer { rows, cover } =
+            let mortar::Transferred { rows, cover } =
                 mortar::transfer(own, other, &contact.gap, thickness, f64::INFINITY, &is_taken);
             (rows.into_iter().map(|row| (row, BOTH)).collect(), cover)
         }

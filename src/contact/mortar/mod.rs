@@ -75,7 +75,7 @@ pub fn rows(
 
 /// What the mortar transfer of a pair consists of.
 #[derive(Debug, Clone, Default)]
-pub struct Transfer {
+pub struct Transferred {
     /// All rows, in the order of the multiplier side's nodes.
     pub rows: Vec<Row>,
     /// Of each facet of the multiplier side: from where to where on it, xi in [-1, 1], the mortar side lies opposite.
@@ -92,7 +92,7 @@ pub fn transfer(
     thickness: f64,
     search_distance: f64,
     taken: &dyn Fn(u32) -> bool,
-) -> Transfer {
+) -> Transferred {
     let limit = match gap {
         Gap::Value(_) => f64::INFINITY,
         Gap::Geometry { offset } => MARGIN * search_distance - offset,
@@ -109,7 +109,7 @@ pub fn transfer(
         edge.add_to(&mut sums, &dual);
     }
     let rows = sums.into_iter().filter_map(|(node, sum)| sum.into_row(node, gap, thickness)).collect();
-    Transfer { rows, cover }
+    Transferred { rows, cover }
 }
 
 /// The part of an edge that has a partner, with the integrals over it.
