@@ -1,6 +1,7 @@
 //! Small vectors, and maxima that keep what is not a number: a number that is lost in a maximum is a wrong answer that
 //! passes every test made with it.
 
+use crate::tolerances::UNSEEN;
 use nalgebra::{DMatrix, Dyn, SymmetricEigen};
 
 /// The larger of two; not a number if either is not one.
@@ -66,6 +67,18 @@ pub fn all_finite<'a>(values: impl IntoIterator<Item = &'a f64>) -> bool {
 /// Eigenvalues and vectors; `None` of a matrix with entries that are not finite, on which the iteration would not end.
 pub(crate) fn symmetric_eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, Dyn>> {
     all_finite(matrix.iter()).then(|| SymmetricEigen::new(matrix))
+}
+
+/// Inverse on the eigenvectors whose eigenvalue is not [`UNSEEN`], zero on the others.
+pub(crate) fn pseudo_inverse(a: DMatrix<f64>) -> DMatrix<f64> {
+    if a.is_empty() {
+        return a;
+    }
+    let n = a.nrows();
+    let Some(mut eigen) = symmetric_eigen(a) else { return DMatrix::zeros(n, n) };
+    let largest = eigen.eigenvalues.max();
+    eigen.eigenvalues.apply(|v| *v = if *v > UNSEEN * largest { 1.0 / *v } else { 0.0 });
+    eigen.recompose()
 }
 
 /// a - b

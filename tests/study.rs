@@ -375,7 +375,6 @@ fn wrong_keys_and_flags_are_refused() {
     check("", &["--levels", "0..x"], &["--set: study.levels: \"0..x\" was given"]);
     check("", &["--levels", "0,1"], &["[exact]", "at least three"]);
     check("", &["--drivers", "active"], &["study.drivers.0", "active set"]);
-    check("", &["--drivers", "relaxed", "--transfers", "mortar"], &["nothing is left to run"]);
     check("[exact]\n", none, &["exact: nothing is given"]);
     check("[exact]\npeak_presure = 1\n", none, &["exact.peak_presure", "did you mean 'peak_pressure'"]);
     check("[exact]\nforce = \"1 MPa\"\n", none, &["exact.force", "a force"]);

@@ -1,14 +1,12 @@
 //! Rigid motions that the supports leave to a body, or to a piece of its mesh, and what holds them meanwhile.
-use super::{Constraints, NodeConstraint};
+use super::{Constraints, Fixing, NodeConstraint};
+use crate::tolerances::FREE_OF_SUPPORTS;
 use crate::vector::{in_figures, larger};
 use crate::{
     contact::vector::dot,
     mesh::{Mesh, components},
 };
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-
-/// An eigenvalue of the support matrix below this, relative to the largest, is a free motion.
-const FREE: f64 = 1e-12;
 
 /// A fixing on a node to avoid is chosen only if the others reach less than this share of its leverage (squared).
 const AVOID: f64 = 1e-3;
@@ -37,21 +35,6 @@ impl RigidMode {
         let [t, c] = [&self.translation, &self.center];
         [t[0] - self.rotation * (x[1] - c[1]), t[1] + self.rotation * (x[0] - c[0]), 0.0]
     }
-}
-
-/// A further zero constraint that holds a free motion in the stiffness matrix. It carries no force at equilibrium.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fixing {
-    /// Node of the mesh.
-    pub node: u32,
-    /// Which direction of its frame, not a support's.
-    pub component: usize,
-    /// That direction.
-    pub direction: [f64; 3],
-    /// The frame, `None` for that of the node's support.
-    pub frame: Option<[[f64; 3]; 3]>,
-    /// Coordinates of the node, m.
-    pub point: [f64; 3],
 }
 
 /// The free rigid motions of a body.
@@ -194,7 +177,7 @@ fn null_space(gram: &Matrix3<f64>) -> Vec<Vector3<f64>> {
     let eigen = SymmetricEigen::new(*gram);
     let largest = eigen.eigenvalues.max();
     let mut free: Vec<Vector3<f64>> = (0..3)
-        .filter(|&k| eigen.eigenvalues[k] <= FREE * largest)
+        .filter(|&k| eigen.eigenvalues[k] <= FREE_OF_SUPPORTS * largest)
         .map(|k| eigen.eigenvectors.column(k).into_owned())
         .collect();
     match &free[..] {

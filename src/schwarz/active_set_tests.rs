@@ -1,5 +1,5 @@
 //! The active-set driver on bodies that are matrices.
-use super::{ActiveSet, Coarse, Coupling, End, Limits, PairRows, Reason, Respond, Spring};
+use super::{ActiveSet, Coarse, Coupling, End, Ended, Limits, PairRows, Reason, Respond, Spring};
 use crate::vector::{larger, smaller};
 use crate::{
     error::Result,
@@ -86,8 +86,8 @@ fn run(
 ) -> std::result::Result<Run, Vec<f64>> {
     let n = gap.len();
     let ends = [
-        End { pair: 0, multiplier: true, body: 0, rows: 0..n },
-        End { pair: 0, multiplier: false, body: 1, rows: 0..n },
+        End { pair: 0, multiplier: true, body: 0, rows: 0..n, watched: Vec::new() },
+        End { pair: 0, multiplier: false, body: 1, rows: 0..n, watched: Vec::new() },
     ];
     let exchange = Exchange {
         comm: None,
@@ -103,7 +103,10 @@ fn run(
     let coarse = Coarse::new(&coupling, n_modes, &first, vec![stiffness; n]);
     let limits = Limits { tolerance: 1e-8, max_alternations: 500 };
     let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
-    let outcome = driver.run(None, |_| {}).expect("no library fails")?;
+    let outcome = match driver.run(None, |_| {}).expect("no library fails") {
+        Ended::Outcome(outcome) => outcome,
+        Ended::Driven(motion) => return Err(motion),
+    };
     let free_modes = coarse.projector(&exchange, &driver.active).unrestrained.len();
     Ok(Run {
         reason: outcome.reason,
@@ -208,8 +211,8 @@ fn feasible_steps_find_the_same_solution() {
     let reference =
         run(&mut [body(a.clone()), body(b.clone())], gap.clone(), 0.75, 1.0 / 3.0).expect("restrained");
     let ends = [
-        End { pair: 0, multiplier: true, body: 0, rows: 0..n },
-        End { pair: 0, multiplier: false, body: 1, rows: 0..n },
+        End { pair: 0, multiplier: true, body: 0, rows: 0..n, watched: Vec::new() },
+        End { pair: 0, multiplier: false, body: 1, rows: 0..n, watched: Vec::new() },
     ];
     let exchange = Exchange {
         comm: None,

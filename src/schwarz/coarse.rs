@@ -3,16 +3,11 @@
 //! With Z the outward row displacements of all free modes, alpha their amplitudes and e the work of the loads on them,
 //! the gap is g = g_free + F R - Z alpha and the bodies are in equilibrium if Z' R = e. A spring of stiffness k and lever z
 //! on a mode is one more row, of compliance 1/k and never open: r / k - z alpha = 0, and z r resists the mode.
-use super::{Coupling, Respond, scales::ROUND_OFF};
+use super::{Coupling, Respond};
 use crate::parallel::Exchange;
+use crate::tolerances::{FREE_OF_CONTACT, NO_WORK, SUM};
 use crate::vector::{larger, smaller, symmetric_eigen};
 use nalgebra::{DMatrix, DVector};
-
-/// An eigenvalue of Z' Q Z below this, relative to the largest, is a mode that contact does not restrain.
-const FREE: f64 = 1e-11;
-
-/// Work of the loads below this, relative to the sum of the absolute works, is none.
-const NO_WORK: f64 = 1e-9;
 
 /// A slope of the rigid start's energy below this, relative to the first, is none.
 const FLAT: f64 = 1e-13;
@@ -216,7 +211,7 @@ impl Coarse {
         for (k, &value) in eigen.eigenvalues.iter().enumerate() {
             let mut v = eigen.eigenvectors.column(k).into_owned();
             (0..n).for_each(|i| v[i] *= unit(i));
-            if value > FREE * top && top > 0.0 {
+            if value > FREE_OF_CONTACT * top && top > 0.0 {
                 inverse += &v * v.transpose() / value;
             } else {
                 unrestrained.push(v.normalize());
@@ -249,7 +244,7 @@ impl Coarse {
         let force = |alpha: &[f64]| -> Vec<f64> {
             let force = |j: usize| {
                 let (moved, gap) = (self.at(j, alpha), gap[j]);
-                let touches = (moved - gap).abs() <= ROUND_OFF * moved.abs().max(gap.abs());
+                let touches = (moved - gap).abs() <= SUM * moved.abs().max(gap.abs());
                 match j < self.n_rows {
                     true if touches => 0.0,
                     true => larger(self.scaling[j] * (moved - gap), 0.0),

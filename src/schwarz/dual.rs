@@ -4,7 +4,7 @@
 //! Every root holds F; the first one solves and the others receive its answer, so that all have the same digits.
 use super::{
     Coarse, Coupling, PairRows, Respond,
-    quadratic::{Face, Found, Given, Quadratic},
+    quadratic::{Answer, Face, Given, Quadratic},
 };
 use crate::{error::Result, petsc::Symmetric, vector::larger};
 use std::ops::Range;
@@ -76,7 +76,7 @@ impl Dual {
             mode.iter_mut().enumerate().for_each(|(j, z)| *z = coarse.at(j, &unit));
         }
         let pairs: Vec<Range<usize>> = (0..n_pairs).map(|p| first[p]..first[p + 1]).collect();
-        let place = Place { coupling, first: &first };
+        let place = Layout { coupling, first: &first };
         let area = place.gather(&area);
         let mut scale = vec![1.0; n];
         for pair in &pairs {
@@ -109,7 +109,7 @@ impl Dual {
         force: &[f64],
         alpha: &[f64],
     ) -> Result<Option<(Vec<f64>, Vec<f64>)>> {
-        let place = Place { coupling, first: &self.first };
+        let place = Layout { coupling, first: &self.first };
         let scale = &self.scale;
         let gap: Vec<f64> = std::iter::zip(place.gather(gap), scale).map(|(g, s)| g / s).collect();
         let force: Vec<f64> = std::iter::zip(place.gather(force), scale).map(|(f, s)| f * s).collect();
@@ -118,7 +118,7 @@ impl Dual {
         let mut message = vec![0.0; n + coarse.n + 1];
         let found = if place.solves() { self.quadratic.solve(&given) } else { Ok(None) };
         let found = coupling.exchange.agree(found)?;
-        if let Some(Found { force, alpha, active, .. }) = found {
+        if let Some(Answer { force, alpha, active, .. }) = found {
             // Closed rows keep their forces, round-off's tension too; the others have none.
             let forces = force.iter().zip(&active).zip(scale).map(|((f, a), s)| if *a { f / s } else { 0.0 });
             message.splice(..n, forces);
@@ -144,7 +144,7 @@ impl Dual {
         r: &[f64],
         active: &[bool],
     ) -> Result<Option<Vec<f64>>> {
-        let place = Place { coupling, first: &self.first };
+        let place = Layout { coupling, first: &self.first };
         let flags: Vec<f64> = active.iter().map(|a| f64::from(u8::from(*a))).collect();
         let (r_rows, flags) = (place.gather(r), place.gather(&flags));
         // A spring answers its own residual, and what that pushes has to be taken up.
@@ -171,7 +171,7 @@ impl Dual {
         if message[n + coarse.n] != 1.0 {
             return Ok(None);
         }
-        let place = Place { coupling, first: &self.first };
+        let place = Layout { coupling, first: &self.first };
         let mut out = place.own(&message[..n]);
         let changed = coarse.spring_forces_at(&message[n..n + coarse.n]);
         out.extend(std::iter::zip(springs, changed).map(|(a, b)| a + b));
@@ -199,12 +199,12 @@ impl Dual {
 }
 
 /// Where this rank's rows are among those of all pairs.
-struct Place<'p, 'c, 'a, B> {
+struct Layout<'p, 'c, 'a, B> {
     coupling: &'p Coupling<'a, B>,
     first: &'c [usize],
 }
 
-impl<B: Respond> Place<'_, '_, '_, B> {
+impl<B: Respond> Layout<'_, '_, '_, B> {
     /// True on the root that solves.
     fn solves(&self) -> bool {
         use mpi::topology::Communicator;

@@ -4,7 +4,10 @@
 //! Anal. 33 (1996) 1106). Contact pressure: the cells under the nodes whose pressure is off by more than the target, on
 //! both surfaces, and a smaller share of the error in energy, for what is wrong far off pollutes the pressure. All ranks
 //! find the same cells; ties go together, so that what is symmetric stays so.
-use super::Solved;
+use super::{
+    adapted::{Adapted, Verdict},
+    solved::Solved,
+};
 use crate::{
     case::{Case, Driver, Temperature, Transfer},
     contact::{
@@ -17,7 +20,8 @@ use crate::{
     mesh::Mesh,
     parallel,
     record::{AdaptRound, HistoryRow, Summary},
-    scene, vector,
+    scene::{self, ContactSide},
+    vector,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{collections::HashMap, path::Path, str::FromStr, time::Instant};
@@ -207,24 +211,6 @@ pub fn run_adaptive(
     }
 }
 
-/// The rounds that were made, and whether the target is reached or why not.
-pub(super) struct Adapted {
-    rounds: Vec<AdaptRound>,
-    verdict: Verdict,
-    warning: Option<String>,
-}
-
-impl Adapted {
-    pub(super) fn report(self, summary: &mut Summary) {
-        summary.adapt = Some(self.rounds);
-        summary.adapt_reached = Some(self.verdict.is_ok());
-        summary.warnings.extend(self.warning);
-        summary
-            .diagnosis
-            .extend(self.verdict.err().map(|why| format!("adaptive refinement: target not reached: {why}")));
-    }
-}
-
 /// What cannot be refined.
 fn refuse(case: &Case, goal: Goal) -> Result<()> {
     if case.alternation.driver != Driver::ActiveSet || case.alternation.transfer != Transfer::Mortar {
@@ -244,9 +230,6 @@ fn refuse(case: &Case, goal: Goal) -> Result<()> {
     }
     Ok(())
 }
-
-/// Reached, or why not.
-type Verdict = std::result::Result<(), String>;
 
 /// What the rounds so far have given.
 #[derive(Default)]
@@ -427,7 +410,7 @@ fn under_pressure(
         });
         let points = spread(world, &points);
         let ends = std::iter::zip(&plan.surfaces, &plan.ends);
-        for (surface, &(_, _, b)) in ends.filter(|(_, end)| end.0 == p) {
+        for (surface, &ContactSide { body: b, .. }) in ends.filter(|(_, end)| end.pair == p) {
             let cells = cells_of(surface, &plan.meshes[plan.place(b)]);
             let mut facets = facets_under(surface, points.as_chunks().0);
             for (facet, cell) in std::iter::zip(&mut facets, &cells) {

@@ -14,9 +14,8 @@ use crate::{
 /// at which cost. Finds the contact rows, but assembles and solves nothing. Collective; the lines are on every rank.
 pub fn outlook(case: &Case, plan: &Plan) -> Result<Vec<String>> {
     let groups = &plan.groups;
-    let active = matches!(case.alternation.driver, Driver::ActiveSet);
     let exchange = plan.exchange(case);
-    let contacts = match groups.is_root() && active {
+    let contacts = match groups.is_root() {
         true => Contacts::new(case, plan, &exchange).map(Some),
         false => Ok(None),
     };
@@ -30,15 +29,6 @@ pub fn outlook(case: &Case, plan: &Plan) -> Result<Vec<String>> {
     let mut lines = gather_lines(&groups.world, &lines);
     // Bodies before contacts, each in the order of the ranks.
     lines.sort_by_key(|line| !line.starts_with("body"));
-    if !active {
-        let nodes = plan.contact_nodes(case);
-        lines.extend(std::iter::zip(&case.contacts, nodes).map(|(contact, [a, b])| {
-            format!(
-                "contact {}: {a} and {b} surface nodes, pointwise transfer, relaxed alternation",
-                contact.name
-            )
-        }));
-    }
     Ok(lines)
 }
 
@@ -55,6 +45,7 @@ fn bodies(case: &Case, plan: &Plan, contacts: Option<&Contacts>) -> Result<Vec<S
             // A solver of the user's choice is used.
             let own = body.solver.as_ref().is_some_and(|s| s.contains("-ksp_type") || s.contains("-pc_type"));
             let chosen = match body.response {
+                _ if matches!(case.alternation.driver, Driver::Relaxed(_)) => "condensed",
                 ResponseCase::Automatic if estimate.prefers_condensed() && !own => "condensed",
                 ResponseCase::Automatic | ResponseCase::Solver => "by its solver",
                 ResponseCase::Condensed => "condensed",

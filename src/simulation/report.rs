@@ -29,7 +29,7 @@ pub(super) struct Site<'s> {
 impl Run {
     /// The run in numbers, and the estimate of its last step. Collective.
     pub fn summary(self, site: &Site, info: &RunInfo, clock: Clock) -> (Summary, Estimate) {
-        let Site { case, plan, engine } = *site;
+        let Site { case, plan, .. } = *site;
         let world = &plan.groups.world;
         let seconds = self.seconds(site, clock);
         let mut bodies = bodies(site);
@@ -46,9 +46,9 @@ impl Run {
             input: format!("{:016x}", case.fingerprint),
             converged: info.converged(),
             reason: info.reason,
-            driver: match engine {
-                Engine::Active(_) => record::Driver::ActiveSet,
-                Engine::Relaxed(_) => record::Driver::Relaxed,
+            driver: match case.alternation.driver {
+                case::Driver::ActiveSet => record::Driver::ActiveSet,
+                case::Driver::Relaxed(_) => record::Driver::Relaxed,
             },
             transfer: match case.alternation.transfer {
                 case::Transfer::Mortar => record::Transfer::Mortar,
@@ -87,7 +87,7 @@ impl Run {
         let sum = |f: fn(Cost) -> f64| engine.bodies().iter().map(|b| f(b.cost())).sum::<f64>();
         let own = [
             plan.seconds,
-            engine.search_seconds(),
+            engine.clock.search,
             sum(|c| c.assemble),
             sum(|c| c.factor),
             sum(|c| c.interface + c.condense),
@@ -128,8 +128,8 @@ fn bodies(site: &Site) -> Vec<record::BodySummary> {
         let cost = body.cost();
         counts[b] = [
             cost.factorisations as f64,
-            engine.interface_factorisations(i) as f64,
-            f64::from(u8::from(engine.is_condensed(i))),
+            cost.interface_factorisations as f64,
+            f64::from(u8::from(body.is_condensed())),
             (body.interface.nodes.len() * body.dim()) as f64,
             cost.solves as f64,
         ];

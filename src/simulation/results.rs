@@ -16,7 +16,7 @@ use crate::{
     output::{Piece, RunInfo, State},
     parallel::{self, agree},
     record::{self, HistoryRow, LoadStep, Reason, StepSummary},
-    scene::Plan,
+    scene::{ContactSide, Plan},
     step::{self, Accepted, Advanced, End, Engine, Found, Scene},
     vector::smaller,
 };
@@ -305,7 +305,7 @@ fn measure(
 /// The sides with multipliers that this rank holds.
 fn multiplier_sides<'a>(plan: &'a Plan, found: &'a Found) -> Vec<MultiplierSide<'a>> {
     let ends = std::iter::zip(&plan.surfaces, &plan.ends);
-    let side = |(surface, &(pair, side, _)): (&'a Surface, &(usize, usize, usize))| {
+    let side = |(surface, &ContactSide { pair, side, .. }): (&'a Surface, &ContactSide)| {
         let end = found.ends.iter().find(|e| e.multiplier && (e.pair, e.side) == (pair, side))?;
         Some(MultiplierSide { pair, side, surface, table: &end.table })
     };

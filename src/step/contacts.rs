@@ -1,8 +1,8 @@
 //! The contact rows of this rank's pairs: found, followed as the surfaces move, and given to the driver.
 use super::{
-    active::Place,
     found::{EndFound, Found},
     neutral::Neutral,
+    place::Place,
     rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
     state::{NodeState, PairState, State, Status},
     task::{Scene, Solution, Task},
@@ -10,14 +10,16 @@ use super::{
 use crate::vector::{larger, smaller, worst};
 use crate::{
     body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
-    case::{Case, ContactGeometry, Gap, Tolerance},
+    case::{Case, ContactGeometry, Driver, Gap, Tolerance},
     contact::{Row, Surface, vector::dot},
     error::{Error, Result},
     estimate::pressure::{self, Chain},
     parallel::Exchange,
     record::{HistoryRow, Reason},
-    scene::Plan,
-    schwarz::{AUTOMATIC, ActiveSet, Coarse, Coupling, End, Limits, Outcome, PairRows, Projector, Respond},
+    scene::{ContactSide, Plan},
+    schwarz::{
+        AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Limits, Outcome, PairRows, Projector, Respond,
+    },
 };
 use nalgebra::DMatrix;
 use std::collections::HashMap;
@@ -32,14 +34,6 @@ pub(crate) struct Contacts {
     held: Vec<[Vec<bool>; 2]>,
     /// Gap of each row of each end at zero displacement, as seen from the deformed geometry, m; `None`: the rows' own.
     gaps: Option<Vec<Vec<f64>>>,
-}
-
-/// How the driver ended.
-enum Ended {
-    /// With an answer, or without one but with a reason.
-    Outcome(Outcome),
-    /// At a motion on which the loads work and which nothing stops.
-    Driven(Vec<f64>),
 }
 
 /// Overlap over the size of a body from which on it is no fit: the tightest shrink fits of machines have 0.3 % of the
@@ -133,7 +127,7 @@ impl Contacts {
         let surfaces = both_surfaces(case, plan, exchange, &plan.surfaces);
         let pairs = pair_rows(case, plan, &surfaces, &held);
         let mut interface = vec![Vec::new(); plan.groups.bodies().len()];
-        for (surface, &(pair, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
+        for (surface, &ContactSide { pair, body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
             if case.contacts[pair].geometry == ContactGeometry::Updated {
                 interface[plan.place(body)].extend(&surface.nodes);
             }
@@ -165,7 +159,7 @@ impl Contacts {
         };
         let is_updated = |pair: usize| case.contacts[pair].geometry == ContactGeometry::Updated;
         let moved: Vec<Surface> = std::iter::zip(&plan.surfaces, &plan.ends)
-            .map(|(surface, &(pair, _, body))| {
+            .map(|(surface, &ContactSide { pair, body, .. })| {
                 if !is_updated(pair) {
                     return surface.clone();
                 }
@@ -175,7 +169,7 @@ impl Contacts {
             })
             .collect();
         let mut surfaces = both_surfaces(case, plan, exchange, &moved);
-        for (i, &(pair, side, _)) in plan.ends.iter().enumerate() {
+        for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
             if let (true, Some(motion)) = (is_updated(pair), rigid_motion(case, pair, 1 - side)) {
                 let u = motion.map(|m| to.supports * m);
                 surfaces[i][1] = surfaces[i][1].moved(&vec![u; surfaces[i][1].nodes.len()]);
@@ -238,8 +232,7 @@ impl Contacts {
             Err(error) => return Err(error),
         };
         let (mut found, solution) = self.solve_from(task, neutral, responses, None, progress)?;
-        let counts = (failed.updates, failed.force_steps, failed.displacement_steps);
-        found.prepend(failed.history, counts);
+        found.prepend(failed);
         Ok((found, solution))
     }
 
@@ -260,9 +253,10 @@ impl Contacts {
             rows.iter().flat_map(|rows| std::iter::repeat_n(rows.stiffness, rows.gap.len())).collect();
         let mut coarse = Coarse::new(&coupling, task.modes.total, &task.modes.first, scaling);
         hold(task, neutral, &*coupling.bodies, &mut coarse)?;
-        let (start, automatic) = match case.alternation.tolerance {
-            Tolerance::Automatic => (AUTOMATIC[0], true),
-            Tolerance::Fixed(tolerance) => (tolerance, false),
+        let (start, automatic) = match (case.alternation.tolerance, case.alternation.driver) {
+            (Tolerance::Automatic, Driver::ActiveSet) => (AUTOMATIC[0], true),
+            (Tolerance::Automatic, Driver::Relaxed(_)) => (Tolerance::RELAXED, false),
+            (Tolerance::Fixed(tolerance), _) => (tolerance, false),
         };
         let limits = Limits { tolerance: start, max_alternations: case.alternation.max_alternations };
         let n_pairs = case.contacts.len();
@@ -285,9 +279,12 @@ impl Contacts {
             driver.mesh_error = Some(&mesh_error);
         }
         let mut not_finite = None;
-        let ended = match driver.run(warm.as_deref(), progress) {
-            Ok(Ok(outcome)) => Ended::Outcome(outcome),
-            Ok(Err(motion)) => Ended::Driven(motion),
+        let ended = match case.alternation.driver {
+            Driver::ActiveSet => driver.run(warm.as_deref(), progress),
+            Driver::Relaxed(weights) => driver.relax(weights, warm.as_deref(), progress).map(Ended::Outcome),
+        };
+        let ended = match ended {
+            Ok(ended) => ended,
             // The state is that before the answer.
             Err(Error::NotFinite(what)) => {
                 not_finite = Some(what);
@@ -338,9 +335,11 @@ impl Contacts {
         let mut forces = Vec::new();
         for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let Some(pair) = &self.pairs[end.pair] else { continue };
-            let nodes = pair.rows.iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
-            let key = |node| (end.pair, plan.ends[i].1, node);
+            let nodes = pair.own_rows().iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
+            let key = |node| (end.pair, plan.ends[i].side, node);
             forces.extend(nodes.map(|node| known.get(&key(node)).copied().unwrap_or(0.0)));
+            // Of the other side's own nodes nothing is known.
+            forces.extend(pair.rows[pair.n_own..].iter().map(|_| 0.0));
         }
         forces
     }
@@ -395,10 +394,12 @@ impl Contacts {
         let elastic = driver.elastic_approach();
         found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
         for (i, end) in self.shares.ends.iter().enumerate() {
-            let values = if end.multiplier { &out[i] } else { &received[i] };
+            let mut values = if end.multiplier { out[i].clone() } else { received[i].clone() };
+            end.watched.iter().for_each(|&k| values[k] = 0.0);
+            let values = &values[..];
             solution.force[end.body][end.rows.clone()].copy_from_slice(values);
             let Some(pair) = &self.pairs[end.pair] else { continue };
-            let (surface, side) = (&plan.surfaces[i], plan.ends[i].1);
+            let (surface, side) = (&plan.surfaces[i], plan.ends[i].side);
             if !end.multiplier {
                 found.ends.push(EndFound::of_mortar(surface, end.pair, side, pair, values));
                 continue;
@@ -414,7 +415,7 @@ impl Contacts {
                 force: *force,
                 status: if *active { Status::Closed } else { Status::Open },
             };
-            let nodes = std::iter::zip(&pair.rows, std::iter::zip(values, active)).map(state).collect();
+            let nodes = std::iter::zip(pair.own_rows(), std::iter::zip(values, active)).map(state).collect();
             solution.pairs.push(PairState { pair: end.pair, side, nodes });
         }
         (found, solution)
@@ -450,8 +451,8 @@ impl Contacts {
         let mut first = 0;
         for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let Some(pair) = &self.pairs[end.pair] else { continue };
-            let range = first..first + pair.rows.len();
-            first = range.end;
+            let range = first..first + pair.n_own;
+            first += pair.rows.len();
             let points: Vec<String> = flipped
                 .iter()
                 .filter(|j| range.contains(j))

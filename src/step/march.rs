@@ -1,6 +1,6 @@
 //! Along the load path.
 use super::{
-    engine::{Advanced, Engine},
+    advance::{Advanced, Engine},
     state::State,
     task::{Scene, Target},
 };
@@ -70,6 +70,9 @@ pub(crate) fn march<'p>(
                     (reason, _) => End::Stopped(reason),
                 },
                 Err(error @ Error::Unrestrained(_)) => End::Refused(error),
+                Err(Error::NotConverged(text)) => {
+                    return Err(Error::NotConverged(format!("load step {number}: {text}")));
+                }
                 Err(error) => return Err(error),
             };
             size *= 0.5;

@@ -5,11 +5,12 @@
 //! until huge forces balance next to nothing. So these motions are held, as in the analysis of a free structure by inertia
 //! relief, and reported as free; loads that do work on them beyond what facets leave are refused.
 use super::rows::straight_partner;
+use crate::tolerances::NO_WORK;
 use crate::{
     body::Body,
     case::{Case, ContactGeometry},
     contact::{Surface, vector::dot},
-    scene::Plan,
+    scene::{ContactSide, Plan},
     vector::larger,
 };
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -17,9 +18,6 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// Angle, rad, between a surface and a motion along it that the coordinates of a mesh file leave: six digits on facets of a
 /// twentieth of the radius.
 const FILE_DIGITS: f64 = 1e-5;
-
-/// Work of the loads on a motion, relative to the sum of the absolute works, that quadrature leaves.
-const QUADRATURE: f64 = 1e-9;
 
 /// A motion along the body's own surfaces.
 #[derive(Debug, Clone)]
@@ -37,7 +35,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
     let mut found = Vec::new();
     for (place, (body, &index)) in std::iter::zip(bodies, plan.groups.bodies()).enumerate() {
         let modes = body.free.modes.len();
-        let ends = || std::iter::zip(&plan.surfaces, &plan.ends).filter(move |(_, end)| end.2 == index);
+        let ends = || std::iter::zip(&plan.surfaces, &plan.ends).filter(move |(_, end)| end.body == index);
         if modes == 0 || ends().next().is_none() {
             continue;
         }
@@ -46,7 +44,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
         let mut sides = Along::new(modes);
         let mut tracks = Along::new(modes);
         let mut has_track = false;
-        for (surface, &(pair, side, _)) in ends() {
+        for (surface, &ContactSide { pair, side, .. }) in ends() {
             sides.add_surface(body, surface);
             let updated = case.contacts[pair].geometry == ContactGeometry::Updated;
             match straight_partner(case, pair, side).filter(|_| updated) {
@@ -69,7 +67,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
         let of = |v: DVector<f64>| Neutral {
             place,
             motion: v.as_slice().to_vec(),
-            faceted: facets.work().max(QUADRATURE),
+            faceted: facets.work().max(NO_WORK),
         };
         found.extend(motions.into_iter().map(of));
     }

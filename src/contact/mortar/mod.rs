@@ -21,21 +21,21 @@ mod side;
 #[cfg(test)]
 mod tests;
 
-pub use side::multiplier_side;
+pub use side::{coarser_side, multiplier_side};
 
 use super::Gap;
 use super::{
     Row, Surface,
-    camber::clearance,
+    curve::clearance,
     normals,
-    rows::ROUND_OFF,
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
 };
+use crate::tolerances::COORDINATES;
 use crate::vector::larger;
 use dual::{Dual, Part};
 use nalgebra::{DMatrix, DVector};
-use segments::{Edge, SLIVER, Segments};
+use segments::{Edge, Segments};
 use std::collections::BTreeMap;
 
 /// A node carries a multiplier if at least this share of its B has a partner on one of its edges: what holds for
@@ -70,12 +70,12 @@ pub fn rows(
     search_distance: f64,
 ) -> Vec<Row> {
     let found = transfer(multiplier, mortar, gap, thickness, search_distance, &|_| false);
-    found.rows.into_iter().filter(|row| row.gap <= search_distance * (1.0 + ROUND_OFF)).collect()
+    found.rows.into_iter().filter(|row| row.gap <= search_distance * (1.0 + COORDINATES)).collect()
 }
 
 /// What the mortar transfer of a pair consists of.
 #[derive(Debug, Clone, Default)]
-pub struct Transfer {
+pub struct Transferred {
     /// All rows, in the order of the multiplier side's nodes.
     pub rows: Vec<Row>,
     /// Of each facet of the multiplier side: from where to where on it, xi in [-1, 1], the mortar side lies opposite.
@@ -92,7 +92,7 @@ pub fn transfer(
     thickness: f64,
     search_distance: f64,
     taken: &dyn Fn(u32) -> bool,
-) -> Transfer {
+) -> Transferred {
     let limit = match gap {
         Gap::Value(_) => f64::INFINITY,
         Gap::Geometry { offset } => MARGIN * search_distance - offset,
@@ -109,7 +109,7 @@ pub fn transfer(
         edge.add_to(&mut sums, &dual);
     }
     let rows = sums.into_iter().filter_map(|(node, sum)| sum.into_row(node, gap, thickness)).collect();
-    Transfer { rows, cover }
+    Transferred { rows, cover }
 }
 
 /// The part of an edge that has a partner, with the integrals over it.
@@ -139,7 +139,7 @@ impl<'a> Overlap<'a> {
         let found = segments.of(&edge);
         let total: f64 = found.iter().map(|s| s.span[1] - s.span[0]).sum();
         let (first, last) = (found.first()?, found.last()?);
-        if total <= 2.0 * SLIVER {
+        if total <= 2.0 * COORDINATES {
             return None;
         }
         let span = [first.span[0], last.span[1]];
@@ -210,7 +210,7 @@ impl<'a> Overlap<'a> {
             whole.iter_mut().zip(b).for_each(|(sum, b)| *sum += weight * edge.stretch(xi) * b);
         }
         let shares = part.areas().iter().zip(whole).map(|(area, whole)| area / whole).collect();
-        let reaches = [span[0] <= -1.0 + 2.0 * SLIVER, span[1] >= 1.0 - 2.0 * SLIVER];
+        let reaches = [span[0] <= -1.0 + 2.0 * COORDINATES, span[1] >= 1.0 - 2.0 * COORDINATES];
         Some(Overlap { edge, part, opposite, own, mixed, gap, mean, shares, reaches })
     }
 
