@@ -304,7 +304,7 @@ impl Coarse {
         let along = |j: usize| {
             let parts = self.rows[j].iter().flatten().map(|&(k, z)| (z * direction[k]).abs()).sum::<f64>();
             let along = self.at(j, direction);
-            if along.abs() > ROUND_OFF * parts { along } else { 0.0 }
+            if along.abs() > SUM * parts { along } else { 0.0 }
         };
         let along: Vec<f64> = (0..gap.len()).map(along).collect();
         let pen: Vec<f64> = (0..gap.len()).map(|j| self.at(j, alpha) - gap[j]).collect();

@@ -1,5 +1,5 @@
 //! Contact rows of the pairs, and the bodies' shares of them.
-use crate::tolerances::HELD_DIRECTION;
+use crate::tolerances::{HELD_DIRECTION, HELD_PRESCRIBED};
 use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
@@ -132,15 +132,26 @@ fn one_pair(
             )
         }
     };
-    // A row that supports hold on all sides that it acts on carries a support's force, not a contact's.
+    // A row that supports hold on all sides that it acts on, but for next to nothing, carries a support's force, not a
+    // contact's: where surfaces slip past a clamp by little, what neighbours have of the row there could close a gap only by
+    // huge forces.
     let held = [held[multiplier], held[1 - multiplier]];
     let is_held = |row: &Row| {
         [0, 1].map(|s| {
             row.terms[s].iter().all(|&(node, _)| held[s].get(node as usize).copied().unwrap_or(true))
         })
     };
-    let yields =
-        |(row, acts): &(Row, Acts)| std::iter::zip(acts, is_held(row)).any(|(acts, held)| *acts && !held);
+    let yields = |(row, acts): &(Row, Acts)| {
+        let (mut free, mut all) = (0.0, 0.0);
+        for (s, terms) in row.terms.iter().enumerate().filter(|(s, _)| acts[*s]) {
+            for (node, v) in terms {
+                let size = dot(v, v).sqrt();
+                all += size;
+                free += if held[s].get(*node as usize).copied().unwrap_or(true) { 0.0 } else { size };
+            }
+        }
+        free > HELD_PRESCRIBED * all
+    };
     let (near, beyond): (Vec<_>, Vec<_>) = all
         .into_iter()
         .filter(yields)
