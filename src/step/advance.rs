@@ -9,7 +9,7 @@ use super::{
     task::{Modes, Scene, Solution, Target, Task},
     text::gather_lines,
 };
-use crate::vector::larger;
+use crate::vector::{in_figures, larger};
 use crate::{
     body::{Body, Response, ResponseKind},
     case::{BodyRef, Case, ContactGeometry, Driver, ResponseCase, Tolerance},
@@ -31,6 +31,10 @@ const GEOMETRY_UPDATES: usize = 30;
 /// Motion of the surfaces from one geometry to the next, relative to their displacement, that is none: round-off of
 /// positions, whatever the tolerance.
 const SETTLED: f64 = 1e-10;
+
+/// Stretch or turn of surfaces, relative to their length, from which on there is nothing to follow: small strains take a facet
+/// turned by 45 degrees for one 1.4 times as long.
+const FOLLOWED: f64 = 1.0;
 
 /// An automatic tolerance is a tenth of the discretisation error; of few meshes it comes below this.
 const SELDOM_BELOW: f64 = 1e-8;
@@ -200,6 +204,17 @@ impl Engine {
                 displacement: self.at_interfaces(plan, &end.displacement),
                 supports: target.factors.supports,
             };
+            let stretch = self.contacts.as_ref().map_or(0.0, |contacts| contacts.stretch(scene, &now));
+            let stretch = parallel::max(&plan.groups.world, &[stretch])[0];
+            if stretch > FOLLOWED {
+                found.reason = Reason::ChecksFailed;
+                found.diagnosis.push(format!(
+                    "surfaces that are followed stretch or turn by up to {} times their length, which no small strain is: look at the \
+                     units of moduli, loads and lengths",
+                    in_figures(stretch)
+                ));
+                break;
+            }
             let moved = now.distance(&place, plan);
             place = damping.next(place, now, plan);
             if moved <= larger(found.tolerance, SETTLED) {

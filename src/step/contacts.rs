@@ -11,7 +11,10 @@ use crate::vector::{larger, smaller, worst};
 use crate::{
     body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
     case::{Case, ContactGeometry, Driver, Gap, Tolerance},
-    contact::{Row, Surface, vector::dot},
+    contact::{
+        Row, Surface,
+        vector::{dot, sub},
+    },
     error::{Error, Result},
     estimate::pressure::{self, Chain},
     parallel::Exchange,
@@ -146,6 +149,29 @@ impl Contacts {
             None => Ok(contacts),
         };
         exchange.agree(checked)
+    }
+
+    /// By how much facets of surfaces that are followed stretch or turn, the largest, relative to their length.
+    pub fn stretch(&self, scene: &Scene, to: &Place) -> f64 {
+        let Scene { case, plan, .. } = *scene;
+        let mut largest = 0.0;
+        for (surface, side) in std::iter::zip(&plan.surfaces, &plan.ends) {
+            if case.contacts[side.pair].geometry != ContactGeometry::Updated {
+                continue;
+            }
+            let place = plan.place(side.body);
+            let at: HashMap<u32, &[f64; 3]> =
+                std::iter::zip(self.shares.interface[place].iter().copied(), &to.displacement[place])
+                    .collect();
+            for facet in &surface.facets {
+                let [a, b] = [facet[0], facet[1]].map(|n| n as usize);
+                let moved = [a, b].map(|n| at.get(&surface.nodes[n]).map_or([0.0; 3], |u| **u));
+                let size = |v: [f64; 3]| dot(&v, &v).sqrt();
+                let length = size(sub(&surface.points[b], &surface.points[a]));
+                largest = larger(largest, size(sub(&moved[1], &moved[0])) / length);
+            }
+        }
+        largest
     }
 
     /// Finds the rows again on the displaced surfaces. Collective on the roots.

@@ -99,7 +99,11 @@ pub fn updated(items: Vec<Item>) -> Vec<Item> {
         let set = |c: &kontakt::case::ContactCase| format!("contact.{}.geometry=\"updated\"", c.name);
         item.sets = case.contacts.iter().map(set).collect();
         item.name += " (updated)";
-        if item.run.updated.is_some() {
+        if let Some(updated) = item.run.updated.clone() {
+            if let Some(outcome) = updated.outcome {
+                (item.run.outcome, item.run.exit, item.run.message) = (outcome, updated.exit, Vec::new());
+            }
+            item.run.symmetric = None;
             item.run.values.clear();
             item.run.profile.clear();
             item.run.slope.clear();
