@@ -6,7 +6,7 @@ use super::{
     neutral::{self, Neutral},
     rows::rigid_motion,
     state::{BodyState, PairState, State},
-    task::{Modes, Scene, Solution, Target, Task},
+    task::{Influence, Modes, Scene, Solution, Target, Task},
     text::gather_lines,
 };
 use crate::vector::larger;
@@ -23,6 +23,7 @@ use crate::{
     record::{HistoryRow, Reason},
     scene::Plan,
 };
+use mpi::topology::SimpleCommunicator;
 use nalgebra::{DMatrix, DVector};
 use std::{collections::HashMap, time::Instant};
 
@@ -67,9 +68,9 @@ pub(crate) struct Clock {
 
 /// What a step leaves for each body: contact nodal forces and displacements at the owned nodes.
 #[derive(Default)]
-struct Nodal {
-    contact: Vec<Vec<f64>>,
-    displacement: Vec<Vec<f64>>,
+pub(crate) struct Nodal {
+    pub contact: Vec<Vec<f64>>,
+    pub displacement: Vec<Vec<f64>>,
 }
 
 /// Where the surfaces are: displacements of the interface nodes by body, on the first ranks, and the factor on the motion
@@ -176,6 +177,7 @@ impl Active {
         let mut warm = from.pairs.clone();
         let mut found = Found::none();
         let mut end = Nodal::default();
+        let mut decisive = Vec::new();
         let mut damping = Damping::default();
         for update in 0..=GEOMETRY_UPDATES {
             if updated {
@@ -190,6 +192,7 @@ impl Active {
             end = self.recover(plan, &solution)?;
             self.clock.recover += recovering.elapsed().as_secs_f64();
             warm = solution.pairs;
+            decisive = solution.influences;
             if !updated || !found.reason.converged() {
                 break;
             }
@@ -210,13 +213,17 @@ impl Active {
                 ));
             }
         }
+        let influences = decisive
+            .into_iter()
+            .map(|(influence, solution)| Ok((influence, self.recover(plan, &solution)?)))
+            .collect::<Result<Vec<_>>>()?;
         self.look_beyond(scene, target, &end, &mut found);
         found.turned = gather_lines(&plan.groups.world, &found.turned);
         found.warnings = gather_lines(&plan.groups.world, &found.warnings);
         found.refuse_penetration(&plan.groups.world);
         self.clock.step += start.elapsed().as_secs_f64();
         let state = self.state(plan, target, end.displacement, warm);
-        Ok(Advanced { state, found, contact: end.contact })
+        Ok(Advanced { state, found, contact: end.contact, influences })
     }
 
     /// Sets what acts. Collective.
@@ -375,7 +382,8 @@ impl Active {
             }
         };
         parallel::idle_barrier(world);
-        let (mut found, solution) = agree(world, outcome)?;
+        let (mut found, mut solution) = agree(world, outcome)?;
+        share_influences(world, &mut solution.influences);
         share_reason(world, &mut found.reason);
         found.tolerance = parallel::from_first(world, found.tolerance);
         found.free_modes = gather_lines(world, &found.free_modes);
@@ -472,6 +480,20 @@ impl Active {
         self.rows_at = Some(place.clone());
         Ok(())
     }
+}
+
+/// Rank 0's, known to all. Rank 0 is always a group's first rank. Collective.
+fn share_influences(world: &SimpleCommunicator, influences: &mut Vec<(Influence, Solution)>) {
+    let numbers =
+        |(i, _): &(Influence, Solution)| [i.pair as f64, i.value, i.scale, i.partners[0], i.partners[1]];
+    let mut all: Vec<f64> = influences.iter().flat_map(numbers).collect();
+    parallel::broadcast(world, 0, &mut all);
+    let known = all.as_chunks::<5>().0;
+    let missing = known.iter().skip(influences.len());
+    let missing = missing.map(|&[pair, value, scale, own, others]| {
+        (Influence { pair: pair as usize, value, scale, partners: [own, others] }, Solution::default())
+    });
+    influences.extend(missing.collect::<Vec<_>>());
 }
 
 /// Damping of the geometry's updates: none as long as each update moves the surfaces by less than half of the one before;

@@ -1,10 +1,10 @@
 //! The bodies with their factorisations, and how they are brought from one state to the next.
 use super::{
-    active::Active,
+    active::{Active, Nodal},
     found::Found,
     relaxed::Relaxed,
     state::State,
-    task::{Scene, Target},
+    task::{Influence, Scene, Target},
 };
 use crate::{
     body::Body,
@@ -29,6 +29,8 @@ pub(crate) struct Advanced {
     pub state: State,
     pub found: Found,
     pub contact: Vec<Vec<f64>>,
+    /// What decides the peak pressures of the pairs; none where the driver does not tell.
+    pub influences: Vec<(Influence, Nodal)>,
 }
 
 impl Engine {

@@ -13,7 +13,7 @@ mod state;
 mod task;
 mod text;
 
-pub(crate) use active::Active;
+pub(crate) use active::{Active, Nodal};
 pub(crate) use contacts::Contacts;
 pub(crate) use engine::{Advanced, Engine};
 pub(crate) use found::{EndFound, Found};
@@ -21,5 +21,5 @@ pub(crate) use march::{Accepted, End, march};
 pub use relaxed::Interface;
 pub(crate) use relaxed::Relaxed;
 pub use state::{BodyState, NodeState, PairState, State, Status};
-pub(crate) use task::{Scene, Target};
+pub(crate) use task::{Influence, Scene, Target};
 pub(crate) use text::gather_lines;

@@ -276,7 +276,7 @@ impl Relaxed {
         );
         agree(world, done)?;
         let state = State { factors: target.factors, bodies, pairs: Vec::new() };
-        Ok(Advanced { state, found, contact: forces })
+        Ok(Advanced { state, found, contact: forces, influences: Vec::new() })
     }
 }
 
