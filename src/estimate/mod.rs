@@ -15,6 +15,7 @@ mod plane;
 pub mod pressure;
 mod recovery;
 
+pub(crate) use energy::Solved;
 pub use energy::{BodyError, CellError};
 
 use crate::vector::{larger, smaller};

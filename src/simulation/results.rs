@@ -12,7 +12,7 @@ use crate::{
     case::{Case, StepCase},
     contact::Surface,
     error::{Error, Result},
-    estimate::{BodyError, Change, Estimate, MultiplierSide},
+    estimate::{BodyError, Change, Estimate, MultiplierSide, Solved},
     output::{Piece, RunInfo, State},
     parallel::{self, agree},
     record::{self, HistoryRow, LoadStep, Reason, StepSummary},
@@ -251,11 +251,16 @@ fn measure(
     let finished = std::iter::zip(bodies, ends).enumerate().try_for_each(|(i, (body, (end, contact)))| {
         let u = body.with_ghosts(&groups.group, &end.displacement)?;
         let (fields, balance) = agree(&groups.group, body.recover(&u, contact))?;
-        let (mut error, defect) = BodyError::new(body, end.body, &groups.group, &u, &fields)?;
-        for (sum, (influence, dual)) in std::iter::zip(&mut changes, influences) {
-            let u = body.with_ghosts(&groups.group, &dual.displacement[i])?;
-            let (fields, _) = agree(&groups.group, body.recover(&u, &dual.contact[i]))?;
-            let products = defect.products(body, &groups.group, &u, &fields)?;
+        let changed = influences.iter().map(|(_, changed)| {
+            let u = body.with_ghosts(&groups.group, &changed.displacement[i])?;
+            let fields = agree(&groups.group, body.point_stresses(&u))?;
+            Ok((u, fields))
+        });
+        let changed = changed.collect::<Result<Vec<_>>>()?;
+        let solved: Vec<Solved> = changed.iter().map(|(u, fields)| Solved { u, fields }).collect();
+        let own = Solved { u: &u, fields: &fields };
+        let (mut error, products) = BodyError::new(body, end.body, &groups.group, &own, &solved)?;
+        for ((sum, (influence, _)), products) in std::iter::zip(&mut changes, influences).zip(products) {
             for (cell, product) in std::iter::zip(&mut error.cells, products) {
                 let change = ratio(product, influence.scale * influence.value);
                 *sum += change;
