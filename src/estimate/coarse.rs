@@ -9,7 +9,10 @@ use crate::contact::{
     Row, Surface,
     vector::{dot, norm, sub},
 };
-use std::{collections::BTreeMap, f64::consts::PI};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    f64::consts::PI,
+};
 
 /// What -ln d stands for at a node's own force, d in facets: on linear facets ln 2 pi, with which the sum over equal facets
 /// is the integral; at the ends of quadratic facets what a square mesh of quad8 answers to a force there (measured; at other
@@ -98,4 +101,72 @@ pub fn missing(rows: &[Row], grain: &Grain, forces: [&[f64]; 2], stiffness: [f64
     let left: Vec<Loaded> = left.into_iter().map(|(node, forces)| Loaded { node, forces }).collect();
     let followed = stiffness[1] / (stiffness[0] + stiffness[1]);
     followed * 2.0 / (PI * stiffness[1]) * grain.energy(&left)
+}
+
+/// How much coarser the partner is than the rows in contact: 1 from half as many nodes on, 0 from as many.
+pub fn coarseness(rows: &[Row], force: &[f64]) -> f64 {
+    let active = || std::iter::zip(rows, force).filter(|(_, f)| **f != 0.0).map(|(row, _)| row);
+    let partner: BTreeSet<u32> = active().flat_map(|row| row.terms[1].iter().map(|t| t.0)).collect();
+    (2.0 - 2.0 * partner.len() as f64 / active().count().max(1) as f64).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows at n + 1 nodes of [-1, 1] whose partner has a node at every k-th of them.
+    fn line(n: usize, k: usize) -> (Vec<Row>, Grain, Vec<f64>) {
+        let x: Vec<f64> = (0..=n).map(|i| 2.0 * i as f64 / n as f64 - 1.0).collect();
+        let row = |i: usize| {
+            let (node, part) = (i / k, (i % k) as f64 / k as f64);
+            let share = |node: usize, w: f64| (node as u32, [0.0, -w, 0.0]);
+            let mut partner = vec![share(node, 1.0 - part)];
+            partner.extend((part > 0.0).then(|| share(node + 1, part)));
+            Row {
+                node: i as u32,
+                terms: [vec![(i as u32, [0.0, 1.0, 0.0])], partner],
+                normal: [0.0, 1.0, 0.0],
+                gap: 0.0,
+                area: if i == 0 || i == n { 1.0 } else { 2.0 } / n as f64,
+            }
+        };
+        let surface = Surface {
+            nodes: (0..=n as u32).collect(),
+            points: x.iter().map(|&x| [x, 0.0, 0.0]).collect(),
+            facets: (0..n as u32).map(|i| vec![i, i + 1]).collect(),
+            ..Surface::default()
+        };
+        ((0..=n).map(row).collect(), Grain::new(&surface), x)
+    }
+
+    fn forces(rows: &[Row], x: &[f64], p: impl Fn(f64) -> f64) -> Vec<f64> {
+        std::iter::zip(rows, x).map(|(row, x)| row.area * p(*x)).collect()
+    }
+
+    #[test]
+    fn what_the_partner_can_carry_is_not_missing() {
+        let (rows, grain, x) = line(40, 5);
+        let [uniform, dual] = [forces(&rows, &x, |_| 3.0), forces(&rows, &x, |x| (7.0 * x).sin() - x)];
+        assert!(missing(&rows, &grain, [&uniform, &dual], [1.0, 1.0]).abs() < 1e-12);
+        // Nor is anything if it has the same nodes.
+        let (rows, grain, x) = line(40, 1);
+        let peak = forces(&rows, &x, |x| (1.0 - (x / 0.3).powi(2)).max(0.0).sqrt());
+        assert!(missing(&rows, &grain, [&peak, &peak], [1.0, 1.0]).abs() < 1e-12);
+        assert_eq!(coarseness(&rows, &peak), 0.0);
+    }
+
+    /// A uniform pressure on [-a, a] pushes itself in by 2 / (pi E' t) (3/2 - ln 2a) in the mean, spread over the facets of
+    /// length H at a node by 2 / (pi E' t) (ln 2 pi - ln H).
+    #[test]
+    fn a_force_on_a_small_part_of_a_facet_is_missing() {
+        for (k, a) in [(100, 0.0275), (200, 0.0275), (200, 0.0525)] {
+            let (rows, grain, x) = line(400, k);
+            let force = forces(&rows, &x, |x| if x.abs() <= a { 0.5 / a } else { 0.0 });
+            let found = missing(&rows, &grain, [&force, &force], [1e9, 1.0]) * 1e9;
+            let facet = k as f64 / 200.0;
+            let wanted = 2.0 / PI * ((1.5 - (2.0 * a).ln()) - (OWN_LINEAR - facet.ln()));
+            assert!((found / wanted - 1.0).abs() < 0.1, "{k}: {found} {wanted}");
+            assert_eq!(coarseness(&rows, &force), 1.0);
+        }
+    }
 }

@@ -1,5 +1,5 @@
 //! How the gaps decide a linear function of the contact forces: the dual solution on the converged active set.
-use super::{ActiveSet, Respond, projected_cg::Inner, record::Recorder};
+use super::{ActiveSet, Limits, Respond, record::Recorder};
 use crate::error::Result;
 
 /// Residual of the dual solution: an estimate needs no more.
@@ -10,9 +10,8 @@ const MOST: usize = 12;
 
 impl<B: Respond> ActiveSet<'_, '_, B> {
     /// Forces m, N, in equilibrium without loads, and motions b with F m - Z b + c = 0 on the active rows. A small change dg
-    /// of the gaps changes the function c'R of the contact forces by m'dg. `None` if that was not found. Collective on the
-    /// roots.
-    pub fn influence(&mut self, c: Vec<f64>) -> Result<Option<(Vec<f64>, Vec<f64>)>> {
+    /// of the gaps changes the function c'R of the contact forces by m'dg. Collective on the roots.
+    pub fn influence(&mut self, c: Vec<f64>) -> Result<(Vec<f64>, Vec<f64>)> {
         let steps = self.coupling.steps;
         let coarse = self.coarse.unloaded();
         let projector = coarse.projector(self.coupling.exchange, &self.active);
@@ -21,7 +20,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             coupling: &mut *self.coupling,
             rows: self.rows,
             coarse: &coarse,
-            limits: super::Limits { tolerance: ACCURACY, max_alternations: MOST },
+            limits: Limits { tolerance: ACCURACY, max_alternations: MOST },
             mesh_error: None,
             force: vec![0.0; n],
             gap: c.clone(),
@@ -40,12 +39,11 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             residual: 0.0,
         };
         let solved = dual.solve_from_state(&projector, ACCURACY, &mut |_| {});
-        let (force, alpha, kept) =
-            (std::mem::take(&mut dual.force), std::mem::take(&mut dual.alpha), dual.dual.take());
-        self.dual = kept;
+        let ActiveSet { force, alpha, dual: matrix, .. } = dual;
+        self.dual = matrix;
         self.coupling.steps = steps;
-        Ok(match solved? {
-            Inner::Done | Inner::RoundOff | Inner::Limit => Some((force, alpha)),
-        })
+        // As far as it has come it is an answer.
+        solved?;
+        Ok((force, alpha))
     }
 }

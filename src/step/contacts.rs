@@ -422,7 +422,7 @@ impl Contacts {
         let mut found = Vec::new();
         for pair in 0..task.scene.case.contacts.len() {
             let Some((value, weights)) = self.peak_of(task, driver, pair) else { continue };
-            let Some((dual, motion)) = driver.influence(weights)? else { continue };
+            let (dual, motion) = driver.influence(weights)?;
             let rows = driver.coupling.n_rows;
             let largest = |v: &[f64]| vector::largest(&v[..rows]);
             let sizes = exchange.max(&[largest(&driver.force), largest(&dual)]);
@@ -465,8 +465,12 @@ impl Contacts {
         for (range, data) in self.multipliers(driver).filter(|(_, data)| data.moduli[1].is_finite()) {
             let forces = [&driver.force[range.clone()], &dual[range]];
             let stiffness = data.moduli.map(|modulus| modulus * thickness);
-            sums[usize::from(data.number != pair)] +=
-                coarse::missing(&data.rows, &data.grain, forces, stiffness);
+            let missing = coarse::missing(&data.rows, &data.grain, forces, stiffness);
+            // Near the peak itself a dual solution is as rough as the mesh: only a partner that is coarser tells.
+            match data.number == pair {
+                true => sums[0] += coarse::coarseness(&data.rows, forces[0]) * missing,
+                false => sums[1] += missing,
+            }
         }
         let sums = task.scene.exchange.sum(&sums);
         [sums[0], sums[1]]
