@@ -3,10 +3,10 @@ use super::{ActiveSet, Limits, Respond, record::Recorder};
 use crate::error::Result;
 
 /// Residual of the dual solution: an estimate needs no more.
-const ACCURACY: f64 = 1e-2;
+const ACCURACY: f64 = 0.05;
 
 /// Alternations after which the dual solution is taken as it is.
-const MOST: usize = 12;
+const MOST: usize = 6;
 
 impl<B: Respond> ActiveSet<'_, '_, B> {
     /// Forces m, N, in equilibrium without loads, and motions b with F m - Z b + c = 0 on the active rows. A small change dg
