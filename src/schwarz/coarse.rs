@@ -16,6 +16,7 @@ const FLAT: f64 = 1e-13;
 const START_ITERATIONS: usize = 200;
 
 /// The free modes of all bodies.
+#[derive(Clone)]
 pub struct Coarse {
     /// Number of modes of all bodies.
     pub n: usize,
@@ -35,6 +36,7 @@ pub struct Coarse {
 }
 
 /// What is taken out of the problem: the part of the work and of the rows' displacements that belongs to held motions.
+#[derive(Clone)]
 struct Held {
     work: Vec<f64>,
     rows: Vec<[Vec<(usize, f64)>; 2]>,
@@ -130,6 +132,14 @@ impl Coarse {
             row.iter().flatten().for_each(|&(k, z)| pushed[k] += z * force);
         }
         std::iter::zip(&held.work, exchange.sum(&pushed)).map(|(work, pushed)| work - pushed).collect()
+    }
+
+    /// The same modes under no loads.
+    pub(super) fn unloaded(&self) -> Coarse {
+        let mut coarse = self.clone();
+        coarse.work.fill(0.0);
+        coarse.held.iter_mut().for_each(|held| held.work.fill(0.0));
+        coarse
     }
 
     /// True if springs resist all modes: each body stands without contact.

@@ -5,9 +5,9 @@ use super::{
     place::Place,
     rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
     state::{NodeState, PairState, State, Status},
-    task::{Scene, Solution, Task},
+    task::{Influence, Scene, Solution, Task},
 };
-use crate::vector::{larger, smaller, worst};
+use crate::vector::{self, larger, ratio, smaller, worst};
 use crate::{
     body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
     case::{Case, ContactGeometry, Driver, Gap, Tolerance},
@@ -16,7 +16,10 @@ use crate::{
         vector::{dot, sub},
     },
     error::{Error, Result},
-    estimate::pressure::{self, Chain},
+    estimate::{
+        coarse,
+        pressure::{self, Chain},
+    },
     parallel::Exchange,
     record::{HistoryRow, Reason},
     scene::{ContactSide, Plan},
@@ -25,10 +28,14 @@ use crate::{
     },
 };
 use nalgebra::DMatrix;
-use std::collections::HashMap;
+use std::{collections::HashMap, ops::Range};
 
 /// Sagittas in doubt beyond this share of what the contact forces move the surfaces by change the pressure by as much.
 const UNCLEAR: f64 = 0.01;
+
+/// Share of the largest pressure from which a row belongs to the top of the peak: on a Hertz contact |x| <= 0.3 a. What the
+/// mesh makes wrong is rather the mean there than one value, which the stresses of no mesh know.
+const TOP: f64 = 0.95;
 
 /// Pairs and rows as the first rank of a group holds them.
 pub(crate) struct Contacts {
@@ -332,7 +339,11 @@ impl Contacts {
                 return Err(unrestrained(task, &motion));
             }
         }
-        let (mut found, solution) = self.report(task, &driver, &projector, outcome);
+        let converged = outcome.reason.converged();
+        let (mut found, mut solution) = self.report(task, &driver, &projector, outcome);
+        if converged && task.target.is_end {
+            solution.influences = self.influences(task, &mut driver)?;
+        }
         // All first ranks have agreed on it.
         found.diagnosis.extend(not_finite.filter(|_| plan.groups.own == 0));
         Ok((found, solution))
@@ -415,6 +426,7 @@ impl Contacts {
             alpha: modes.map(|(&f, &count)| driver.alpha[f..f + count].to_vec()).collect(),
             relief: driver.coarse.relief(exchange, &driver.force),
             pairs: Vec::new(),
+            influences: Vec::new(),
         };
         let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
         let elastic = driver.elastic_approach();
@@ -445,6 +457,97 @@ impl Contacts {
             solution.pairs.push(PairState { pair: end.pair, side, nodes });
         }
         (found, solution)
+    }
+
+    /// What decides the peak pressure of each pair. Collective on the roots.
+    fn influences(
+        &self,
+        task: &Task,
+        driver: &mut ActiveSet<Response>,
+    ) -> Result<Vec<(Influence, Solution)>> {
+        let exchange = task.scene.exchange;
+        let mut found = Vec::new();
+        for pair in 0..task.scene.case.contacts.len() {
+            let Some((value, weights)) = self.peak_of(task, driver, pair) else { continue };
+            let (dual, motion) = driver.influence(weights)?;
+            let rows = driver.coupling.n_rows;
+            let largest = |v: &[f64]| vector::largest(&v[..rows]);
+            let sizes = exchange.max(&[largest(&driver.force), largest(&dual)]);
+            let scale = ratio(sizes[0], sizes[1]);
+            let sum = |a: &[f64], b: &[f64]| -> Vec<f64> {
+                std::iter::zip(a, b).map(|(a, b)| a + scale * b).collect()
+            };
+            let (force, alpha) = (sum(&driver.force, &dual), sum(&driver.alpha, &motion));
+            let changed = self.on_bodies(task, driver, &force, &alpha);
+            let partners = self.partners(task, driver, &dual, pair);
+            found.push((Influence { pair, value, scale, partners }, changed));
+        }
+        Ok(found)
+    }
+
+    /// Mean pressure of the peak of a pair, Pa, and its derivatives by the row forces, 1/m2; `None` if nothing touches.
+    /// Collective on the roots.
+    fn peak_of(&self, task: &Task, driver: &ActiveSet<Response>, pair: usize) -> Option<(f64, Vec<f64>)> {
+        let mut weights = vec![0.0; driver.coupling.n];
+        let mut sums = [0.0; 2];
+        for (range, data) in self.multipliers(driver).filter(|(_, data)| data.number == pair) {
+            let force = &driver.force[range.clone()];
+            let pressure: Vec<f64> = std::iter::zip(force, &data.rows).map(|(f, row)| f / row.area).collect();
+            let least = TOP * pressure.iter().copied().fold(0.0, larger);
+            for j in (0..force.len()).filter(|&j| pressure[j] > 0.0 && pressure[j] >= least) {
+                weights[range.start + j] = 1.0;
+                sums[0] += force[j];
+                sums[1] += data.rows[j].area;
+            }
+        }
+        let [force, area] = task.scene.exchange.sum(&sums)[..] else { return None };
+        weights.iter_mut().for_each(|w| *w /= area);
+        (area > 0.0).then(|| (force / area, weights))
+    }
+
+    /// [`Influence::partners`]. Collective on the roots.
+    fn partners(&self, task: &Task, driver: &ActiveSet<Response>, dual: &[f64], pair: usize) -> [f64; 2] {
+        let thickness = task.scene.case.analysis.thickness();
+        let mut sums = [0.0; 2];
+        for (range, data) in self.multipliers(driver).filter(|(_, data)| data.moduli[1].is_finite()) {
+            let forces = [&driver.force[range.clone()], &dual[range]];
+            let stiffness = data.moduli.map(|modulus| modulus * thickness);
+            let missing = coarse::missing(&data.rows, &data.grain, forces, stiffness);
+            // Near the peak itself a dual solution is as rough as the mesh: only a partner that is coarser tells.
+            match data.number == pair {
+                true => sums[0] += coarse::coarseness(&data.rows, forces[0]) * missing,
+                false => sums[1] += missing,
+            }
+        }
+        let sums = task.scene.exchange.sum(&sums);
+        [sums[0], sums[1]]
+    }
+
+    /// The pairs whose multipliers this rank holds, with the rows' places in a row vector.
+    fn multipliers(&self, driver: &ActiveSet<Response>) -> impl Iterator<Item = (Range<usize>, &Pair)> {
+        let ranges = driver.coupling.ranges.clone();
+        let ends = std::iter::zip(&self.shares.ends, ranges).filter(|(end, _)| end.multiplier);
+        ends.filter_map(|(end, range)| Some((range, self.pairs[end.pair].as_ref()?)))
+    }
+
+    /// Row forces and motions, body by body. Collective on the roots.
+    fn on_bodies(&self, task: &Task, driver: &ActiveSet<Response>, force: &[f64], alpha: &[f64]) -> Solution {
+        let exchange = task.scene.exchange;
+        let out: Vec<Vec<f64>> =
+            driver.coupling.ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
+        let received = exchange.swap(&out);
+        let modes = std::iter::zip(&task.modes.first, &task.modes.counts);
+        let mut solution = Solution {
+            force: driver.coupling.bodies.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
+            alpha: modes.map(|(&f, &count)| alpha[f..f + count].to_vec()).collect(),
+            relief: driver.coarse.relief(exchange, force),
+            ..Solution::default()
+        };
+        for (i, end) in self.shares.ends.iter().enumerate() {
+            let values = if end.multiplier { &out[i] } else { &received[i] };
+            solution.force[end.body][end.rows.clone()].copy_from_slice(values);
+        }
+        solution
     }
 
     /// A warning for each pair whose gaps depend on what the nodes of a mesh do not tell: curve or polygon. `elastic`: what

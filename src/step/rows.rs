@@ -1,4 +1,5 @@
 //! Contact rows of the pairs, and the bodies' shares of them.
+use crate::estimate::coarse::Grain;
 use crate::tolerances::{HELD_DIRECTION, HELD_PRESCRIBED};
 use crate::vector::worst;
 use crate::{
@@ -35,6 +36,10 @@ pub(crate) struct Pair {
     pub cover: Vec<Option<[f64; 2]>>,
     /// How far the surfaces may lie from what the gap of each row was measured with, m: [`Surface::sagitta_in_doubt`].
     pub doubt: Vec<f64>,
+    /// Index in the case.
+    pub number: usize,
+    /// The surface with the multipliers.
+    pub grain: Grain,
     /// Rows beyond the search distance: they must not come to penetrate.
     pub beyond: Vec<Row>,
     /// Plane moduli of the bodies on the multiplier and the mortar side, Pa; infinite: rigid.
@@ -183,6 +188,8 @@ fn one_pair(
         cover,
         doubt,
         beyond: beyond.into_iter().map(|(row, _)| row).collect(),
+        number: pair,
+        grain: Grain::new(own),
         moduli: [moduli[multiplier], moduli[1 - multiplier]],
         mortar_nodes: nodes.len(),
         rigid_motion,
