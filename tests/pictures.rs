@@ -69,7 +69,7 @@ fn results(piece: Piece, pairs: Vec<PairTables>, title: &str, units: Units) -> R
         steps: None,
         rigid: Vec::new(),
     };
-    Results { piece, partitions: vec![[0, 0]], pairs, before: Vec::new(), history, run }
+    Results { piece, partitions: vec![[0, 0]], pairs, before: Vec::new(), history, run, complete: true }
 }
 
 /// Pressure p0 sqrt(1 - (x/a)^2) on n nodes over -length .. length at height y.

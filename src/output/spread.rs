@@ -1,5 +1,5 @@
-//! How the result is spread over the ranks: whose rows of a dataset are where.
-use super::hdf5_rows::{Rows, Values};
+//! How the result is spread over the ranks and the load steps: whose rows of a dataset are where.
+use super::hdf5_rows::{Grown, Place, Plan, Rows, Values};
 use super::{Piece, ResultFile};
 use crate::error::{Error, Result};
 use crate::record::PairTables;
@@ -20,6 +20,21 @@ pub(super) struct Spread {
     pub history: usize,
     /// Whether these rows have the contact pairs.
     pub history_of_pairs: bool,
+    /// The steps that the file has already; `None`: a file without a table of steps.
+    pub growth: Option<Growth>,
+}
+
+/// How far a file has grown that takes one load step after the other. The same on all ranks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Growth {
+    /// Steps it has.
+    pub steps: usize,
+    /// Rows of their history.
+    pub history: usize,
+    /// Steps it has room for without a change of its structure, at least 1.
+    pub expected: usize,
+    /// Bytes of the longest name of a step.
+    pub name_width: usize,
 }
 
 #[derive(Clone, Copy)]
@@ -31,7 +46,7 @@ pub(super) struct Share {
 
 impl Spread {
     /// Collective.
-    pub fn new(comm: &SimpleCommunicator, result: &ResultFile) -> Result<Self> {
+    pub fn new(comm: &SimpleCommunicator, result: &ResultFile, growth: Option<Growth>) -> Result<Self> {
         let (rank, size) = (comm.rank() as usize, comm.size() as usize);
         let [points, cells, connectivity] = grid(comm, result.piece);
         let of_pairs = result.history.first().is_some_and(|row| !row.pairs.is_empty());
@@ -46,7 +61,31 @@ impl Spread {
             sides: side_lengths(comm, result.pairs)?,
             history: history[0] as usize,
             history_of_pairs: history[1] != 0,
+            growth,
         })
+    }
+
+    /// False if an earlier step has made what does not change.
+    pub fn is_first(&self) -> bool {
+        self.growth.is_none_or(|growth| growth.steps == 0)
+    }
+
+    /// Adds the rows of a dataset that grows with the steps, if there are any: `rows.total` rows a step.
+    pub fn add_by_step<'a>(
+        &self,
+        plan: &mut Plan<'a>,
+        group: &Place,
+        name: &str,
+        unit: Option<&str>,
+        rows: Rows<'a>,
+    ) -> Result<()> {
+        let Some(growth) = self.growth else { return plan.add(group, name, unit, rows) };
+        // HDF5 has no chunks without rows.
+        if rows.total == 0 {
+            return plan.add(group, name, unit, rows);
+        }
+        let grown = Grown { from: growth.steps * rows.total, chunk: growth.expected * rows.total };
+        plan.grow(group, name, unit, rows, grown, false)
     }
 
     /// What rank 0 has and the others have not.

@@ -342,10 +342,11 @@ pub struct StressSummary {
     pub xy: f64,
 }
 
-/// Wall seconds of the phases, largest over the ranks.
+/// Wall seconds of the stages of a run, means over the ranks, each without those inside it: they add up to the total.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[allow(missing_docs)]
 pub struct Seconds {
+    /// Meshes, surfaces, partitions.
     pub setup: f64,
     /// Facing surfaces found, and the transfer between them.
     pub search: f64,
@@ -353,7 +354,12 @@ pub struct Seconds {
     pub factor: f64,
     /// Dense matrices of the interfaces.
     pub condense: f64,
+    /// The driver of the contact.
     pub alternate: f64,
+    /// Displacements of the interiors, strains, stresses and the checks made of them.
+    pub recover: f64,
+    pub estimate: f64,
+    /// Result files and pictures.
     pub write: f64,
     pub total: f64,
 }
@@ -490,7 +496,7 @@ mod tests {
         assert_eq!(keys(&json["probes"][0]["stress"]).join(" "), "xx xy yy zz");
         assert_eq!(
             keys(&json["seconds"]).join(" "),
-            "alternate assemble condense factor search setup total write"
+            "alternate assemble condense estimate factor recover search setup total write"
         );
         assert_eq!((&json["schema"], &json["reason"]), (&json!(1), &json!("max_alternations")));
         assert_eq!((&json["driver"], &json["transfer"]), (&json!("active_set"), &json!("mortar")));

@@ -4,7 +4,7 @@
 //! Anal. 33 (1996) 1106). Contact pressure: the cells under the nodes whose pressure is off by more than the target, on
 //! both surfaces, and a smaller share of the error in energy, for what is wrong far off pollutes the pressure. All ranks
 //! find the same cells; ties go together, so that what is symmetric stays so.
-use super::Solved;
+use super::{Solved, report::Start};
 use crate::{
     case::{Case, Driver, Temperature, Transfer},
     contact::{
@@ -16,6 +16,7 @@ use crate::{
     estimate::Estimate,
     mesh::Mesh,
     parallel,
+    petsc::Stage,
     record::{AdaptRound, HistoryRow, Summary},
     scene, vector,
 };
@@ -148,14 +149,14 @@ pub fn run_adaptive(
     mut progress: impl FnMut(&HistoryRow),
     mut round: impl FnMut(&AdaptRound),
 ) -> Result<Summary> {
-    let start = Instant::now();
+    let start = Start::now();
     refuse(case, goal)?;
     crate::output::prepare(world, directory)?;
     let mut case = case.clone();
     let mut rounds = Rounds::default();
     loop {
         let begun = Instant::now();
-        let solved = Solved::new(&case, world, &mut progress);
+        let solved = Solved::new(&case, world, directory, false, &mut progress);
         let failure = match &solved {
             Ok(solved) if solved.converged() => None,
             Ok(_) => Some("did not converge".to_owned()),
@@ -166,13 +167,13 @@ pub fn run_adaptive(
             drop(solved);
             // Solved once more: to keep every round's factorisations would double the memory.
             case.bodies.iter_mut().for_each(|body| drop(body.cuts.pop()));
-            let last = Solved::new(&case, world, &mut progress)?;
+            let last = Solved::new(&case, world, directory, false, &mut progress)?;
             let verdict = Err(format!(
                 "round {number} {why}; these are the mesh and the results of round {}",
                 number - 1
             ));
             let adapted = Adapted { rounds: rounds.done, verdict, warning: None };
-            return Ok(last.finish(&case, world, directory, start, Some(adapted))?.0);
+            return Ok(last.finish(&case, world, directory, &start, Some(adapted))?.0);
         }
         let solved = solved?;
         let estimate = solved.estimate();
@@ -190,7 +191,9 @@ pub fn run_adaptive(
         let mut verdict = rounds.verdict(goal, limits, &solved);
         let mut next = case.clone();
         if verdict.is_none() {
+            let stage = Stage::Estimate.enter();
             let cuts = mark(&case, goal, &solved, world);
+            drop(stage);
             let stuck = cuts.iter().all(Vec::is_empty);
             std::iter::zip(&mut next.bodies, cuts).for_each(|(body, cells)| body.cuts.push(cells));
             verdict = match stuck {
@@ -201,7 +204,7 @@ pub fn run_adaptive(
         if let Some(verdict) = verdict {
             let warning = rounds.dear_elements(goal, &solved, world);
             let adapted = Adapted { rounds: rounds.done, verdict, warning };
-            return Ok(solved.finish(&case, world, directory, start, Some(adapted))?.0);
+            return Ok(solved.finish(&case, world, directory, &start, Some(adapted))?.0);
         }
         case = next;
     }
@@ -293,6 +296,7 @@ impl Rounds {
         next: &Case,
         world: &SimpleCommunicator,
     ) -> Option<Verdict> {
+        let _stage = Stage::SetUp.enter();
         match scene::count_dofs(next, world) {
             Ok(dofs) if dofs <= limits.dofs => None,
             Ok(dofs) => Some(Err(self.left(

@@ -29,8 +29,9 @@ use crate::{
     record::{HistoryRow, Summary},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
+use report::Start;
 use solved::Solved;
-use std::{path::Path, time::Instant};
+use std::path::Path;
 
 /// Runs a case and writes its results. Returns the summary (complete on world rank 0). Collective.
 pub fn run(
@@ -49,9 +50,10 @@ pub fn run_and_estimate(
     directory: &Path,
     mut progress: impl FnMut(&HistoryRow),
 ) -> Result<(Summary, Estimate)> {
-    let start = Instant::now();
+    let start = Start::now();
     output::prepare(world, directory)?;
-    Solved::new(case, world, &mut progress)?.finish(case, world, directory, start, None)
+    let solved = Solved::new(case, world, directory, true, &mut progress)?;
+    solved.finish(case, world, directory, &start, None)
 }
 
 /// What the options of the bodies' solvers say and is not done, and the options that nothing has asked for: most likely
@@ -100,6 +102,6 @@ fn remove_old_summary(world: &SimpleCommunicator, directory: &Path) -> Result<()
 }
 
 fn draw(case: &Case, file: &Path, directory: &Path) -> Result<()> {
-    let results = output::Results::read(file)?;
+    let results = output::Results::read_last(file)?;
     output::draw(&results, &case.output, directory).map(|_| ())
 }

@@ -13,15 +13,16 @@ use crate::{
     contact::Surface,
     error::{Error, Result},
     estimate::{BodyError, Estimate, MultiplierSide},
-    output::{Piece, RunInfo, State},
+    output::{self, Growing, Piece, ResultFile, RunInfo},
     parallel::{self, agree},
+    petsc::Stage,
     record::{self, HistoryRow, LoadStep, Reason, StepSummary},
     scene::Plan,
     step::{self, Accepted, Advanced, End, Engine, Found, Scene},
     vector::smaller,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::time::Instant;
+use std::path::Path;
 
 /// What was counted. The same on all ranks.
 #[derive(Debug, Clone, Copy, Default)]
@@ -47,15 +48,15 @@ pub(super) struct Run {
     /// How the last one ended; the same on all ranks.
     pub reason: Reason,
     pub last: Last,
-    pub before: Vec<State>,
+    /// The alternations that are not in the file yet.
     pub history: Vec<HistoryRow>,
+    /// Takes each step of a table of steps as soon as it is accepted.
+    pub file: Option<Growing>,
     pub steps: Vec<StepSummary>,
     pub checks: record::Checks,
     pub counts: Counts,
     pub warnings: Vec<String>,
     pub diagnosis: Vec<String>,
-    /// Seconds of the driver.
-    pub alternate: f64,
     /// Smallest tolerance of a step.
     pub tolerance: f64,
 }
@@ -70,27 +71,28 @@ struct Measured {
 }
 
 impl Run {
-    fn new() -> Run {
+    fn new(file: Option<Growing>) -> Run {
         Run {
             reason: Reason::NoContact,
             last: Last::default(),
-            before: Vec::new(),
             history: Vec::new(),
+            file,
             steps: Vec::new(),
             checks: checks::none(),
             counts: Counts::default(),
             warnings: Vec::new(),
             diagnosis: Vec::new(),
-            alternate: 0.0,
             tolerance: f64::INFINITY,
         }
     }
 
-    /// Goes through all load steps; a step that fails ends the run with the last accepted one kept. Collective.
+    /// Goes through all load steps; a step that fails ends the run with the last accepted one kept. With a table of steps
+    /// each is added to `file` as soon as it is accepted. Collective.
     pub fn march(
         case: &Case,
         plan: &Plan,
         engine: &mut Engine,
+        file: Option<Growing>,
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Run> {
         let exchange = plan.exchange(case);
@@ -104,13 +106,9 @@ impl Run {
                 progress(row);
             }
         };
-        let mut run = Run::new();
-        let mut begun = Instant::now();
+        let mut run = Run::new(file);
         let end = step::march(engine, &scene, path, on_rank_zero, |engine, accepted| {
-            run.alternate += begun.elapsed().as_secs_f64();
-            let kept = run.keep(case, plan, engine, accepted)?;
-            begun = Instant::now();
-            Ok(kept)
+            run.keep(case, plan, engine, accepted)
         })?;
         run.end(end, case)?;
         Ok(run)
@@ -162,10 +160,6 @@ impl Run {
             // It was kept for want of a solution: nothing of it remains.
             self.history.clear();
             (self.checks, self.tolerance) = (checks::none(), f64::INFINITY);
-        } else if !self.steps.is_empty() {
-            let old = std::mem::take(&mut self.last);
-            let Piece { point_fields, cell_fields, .. } = old.piece;
-            self.before.push(State { point_fields, cell_fields, pairs: old.pairs });
         }
         self.reason = reason;
         self.tolerance = smaller(self.tolerance, found.tolerance);
@@ -176,7 +170,43 @@ impl Run {
         self.warnings.extend(measured.warnings);
         self.warnings.append(&mut found.warnings);
         self.diagnosis = found.diagnosis;
+        if reason.converged() {
+            self.append(case, &plan.groups.world)?;
+        }
         Ok((reason, state))
+    }
+
+    /// Adds the last step to the file, if there is a table of steps. Collective.
+    fn append(&mut self, case: &Case, world: &SimpleCommunicator) -> Result<()> {
+        let Some(mut file) = self.file.take() else { return Ok(()) };
+        let _stage = Stage::Write.enter();
+        let info = self.info(case, world);
+        let Last { piece, pairs, .. } = &self.last;
+        file.append(world, &ResultFile { piece, pairs, history: &self.history, run: &info })?;
+        self.history.clear();
+        self.file = Some(file);
+        Ok(())
+    }
+
+    /// Completes the result file. Collective.
+    pub fn write(
+        &mut self,
+        case: &Case,
+        world: &SimpleCommunicator,
+        path: &Path,
+        info: &RunInfo,
+    ) -> Result<()> {
+        // What is kept for want of a solution.
+        if self.file.as_ref().is_some_and(|file| file.steps() == 0) {
+            self.append(case, world)?;
+        }
+        let Last { piece, pairs, .. } = &self.last;
+        match self.file.take() {
+            Some(file) => file.finish(world, info),
+            None => {
+                output::write(world, path, &ResultFile { piece, pairs, history: &self.history, run: info })
+            }
+        }
     }
 
     /// What was run. Collective.
@@ -238,6 +268,7 @@ fn measure(
     name: Option<&str>,
     factors: LoadFactors,
 ) -> Result<Measured> {
+    let _stage = Stage::Recover.enter();
     let (world, groups) = (&plan.groups.world, &plan.groups);
     let mut piece = Piece::default();
     let heated = case.bodies.iter().any(|b| b.temperature.is_some());
@@ -248,7 +279,9 @@ fn measure(
     let finished = std::iter::zip(bodies, ends).enumerate().try_for_each(|(i, (body, (end, contact)))| {
         let u = body.with_ghosts(&groups.group, &end.displacement)?;
         let (fields, balance) = agree(&groups.group, body.recover(&u, contact))?;
+        let estimating = Stage::Estimate.enter();
         let error = BodyError::new(body, end.body, &groups.group, &u, &fields)?;
+        drop(estimating);
         append(&mut piece, body, &fields, &error, end.body, heated);
         errors.push(error);
         motions.push(Motion::of_part(body, &fields, plan.meshes[i].points[0]));
@@ -260,7 +293,9 @@ fn measure(
     let probes = probe(case, plan, bodies, &recovered, world)?;
     let mut warnings = Vec::new();
     let (mut pairs, tables) = pair_results(case, found, world, &mut warnings);
+    let estimating = Stage::Estimate.enter();
     let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, found));
+    drop(estimating);
     std::iter::zip(&mut pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
     let n = case.bodies.len();
     let of_bodies = OfBodies::new(&balances, groups.bodies(), n, world);

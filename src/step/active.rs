@@ -109,11 +109,12 @@ impl Active {
     /// Meshes are there; finds the rows, assembles and factorises. Collective.
     pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Active> {
         let groups = &plan.groups;
-        let start = Instant::now();
+        let (start, stage) = (Instant::now(), Stage::Search.enter());
         let contacts =
             if groups.is_root() { Contacts::new(case, plan, exchange).map(Some) } else { Ok(None) };
         let mut contacts = agree(&groups.world, contacts)?;
         let mut clock = Clock { search: start.elapsed().as_secs_f64(), ..Clock::default() };
+        drop(stage);
         let mut assembled = Vec::new();
         let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
             if let Some(options) = &case.bodies[b].solver {
@@ -186,7 +187,7 @@ impl Active {
             let (driven, solution) = self.drive(scene, target, &warm, &mut progress)?;
             found = driven;
             found.prepend(history, counts);
-            let recovering = Instant::now();
+            let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());
             end = self.recover(plan, &solution)?;
             self.clock.recover += recovering.elapsed().as_secs_f64();
             warm = solution.pairs;
@@ -359,7 +360,6 @@ impl Active {
         warm: &[PairState],
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
-        let _stage = Stage::Alternate.enter();
         let world = &scene.plan.groups.world;
         let outcome = match &self.contacts {
             None => {
@@ -456,13 +456,14 @@ impl Active {
             return Ok(());
         }
         self.rows_at = None;
-        let start = Instant::now();
+        let (start, stage) = (Instant::now(), Stage::Search.enter());
         let mut rows = vec![Vec::new(); self.bodies.len()];
         if let Some(contacts) = &mut self.contacts {
             contacts.follow(scene, place);
             rows = std::mem::take(&mut contacts.shares.body_rows);
         }
         self.clock.search += start.elapsed().as_secs_f64();
+        drop(stage);
         let answered =
             std::iter::zip(&mut self.bodies, rows).enumerate().try_for_each(|(i, (body, rows))| {
                 self.responses[i] = body.respond(&plan.groups.group, rows)?;

@@ -59,6 +59,7 @@ impl Engine {
         target: Target,
         progress: impl FnMut(&HistoryRow),
     ) -> Result<Advanced> {
+        let _stage = Stage::Alternate.enter();
         let advanced = match self {
             Engine::Active(active) => active.advance(scene, from, target, progress),
             Engine::Relaxed(relaxed) => relaxed.advance(scene, target, progress),
@@ -73,14 +74,6 @@ impl Engine {
         match self {
             Engine::Active(active) => &active.bodies,
             Engine::Relaxed(relaxed) => &relaxed.bodies,
-        }
-    }
-
-    /// Seconds of search and transfer.
-    pub fn search_seconds(&self) -> f64 {
-        match self {
-            Engine::Active(active) => active.clock.search,
-            Engine::Relaxed(relaxed) => relaxed.search_seconds,
         }
     }
 

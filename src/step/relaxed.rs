@@ -19,7 +19,6 @@ use crate::{
     schwarz::{self, Alternation, ContactNode, Side, alternation::SideState, weights::Both},
 };
 use mpi::topology::SimpleCommunicator;
-use std::time::Instant;
 
 /// Default search distance as a share of the smaller surface's extent.
 const SEARCH: f64 = 0.1;
@@ -44,21 +43,19 @@ pub struct Interface {
     pub compliances: Vec<Compliance>,
     /// Sides of pairs, on the group's first rank.
     pub(crate) contacts: Option<Contacts>,
-    /// Wall seconds up to the paired surfaces.
-    pub(crate) pairing_seconds: f64,
 }
 
 impl Interface {
     /// Builds it. Collective.
     pub fn new(case: &Case, world: &SimpleCommunicator) -> Result<Interface> {
-        let start = Instant::now();
         let plan = Plan::new(case, world)?;
         let groups = &plan.groups;
         // Both groups of a pair hold both surfaces.
         let exchange = plan.exchange(case);
+        let stage = petsc::Stage::Search.enter();
         let contacts = if groups.is_root() { pair_up(case, &plan, &exchange).map(Some) } else { Ok(None) };
         let contacts = agree(world, contacts)?;
-        let pairing_seconds = start.elapsed().as_secs_f64();
+        drop(stage);
         let observed: Vec<Vec<u32>> = groups.bodies().iter().map(|&b| plan.observed(b)).collect();
         let (mut bodies, mut free) = (Vec::new(), Vec::new());
         let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
@@ -91,7 +88,7 @@ impl Interface {
         });
         agree(world, condensed)?;
         drop(exchange);
-        Ok(Interface { plan, bodies, compliances, contacts, pairing_seconds })
+        Ok(Interface { plan, bodies, compliances, contacts })
     }
 
     /// This rank's sides of pairs; none but on the first rank of a group.
@@ -232,14 +229,13 @@ pub(crate) struct Relaxed {
     pub compliances: Vec<Compliance>,
     pub contacts: Option<Contacts>,
     pub weights: Weights,
-    pub search_seconds: f64,
 }
 
 impl Relaxed {
     /// Assembles, factorises, pairs the surfaces. Collective.
     pub fn new(case: &Case, world: &SimpleCommunicator, weights: Weights) -> Result<(Plan, Relaxed)> {
-        let Interface { plan, bodies, compliances, contacts, pairing_seconds } = Interface::new(case, world)?;
-        Ok((plan, Relaxed { bodies, compliances, contacts, weights, search_seconds: pairing_seconds }))
+        let Interface { plan, bodies, compliances, contacts } = Interface::new(case, world)?;
+        Ok((plan, Relaxed { bodies, compliances, contacts, weights }))
     }
 
     /// Runs the alternation. The first ranks of the groups work, the others sleep. Collective.
