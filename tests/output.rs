@@ -94,6 +94,8 @@ fn side(k: f64, n: usize) -> SideTable {
         pressure: numbers(7.0),
         force: vectors(0.3),
         status: (0..n as i32).map(|i| i % 3).collect(),
+        multipliers: k == 1.0,
+        closed: (k == 2.0).then_some(7.5),
     }
 }
 

@@ -8,7 +8,8 @@ use kontakt::output::*;
 use kontakt::record::*;
 use std::path::Path;
 
-const STYLE: OutputCase = OutputCase { component: StressComponent::Yy, magnification: None, window: None };
+const STYLE: OutputCase =
+    OutputCase { component: StressComponent::Yy, magnification: None, window: None, every_estimate: false };
 
 /// A block of n x n quadrilaterals from `low` to `high`; `kind` quad4 or quad8.
 fn block(piece: &mut Piece, body: i32, kind: ElementKind, low: [f64; 2], high: [f64; 2], n: usize) {
@@ -85,6 +86,8 @@ fn hertz_side(n: usize, length: f64, a: f64, p0: f64, y: f64, backwards: bool) -
         pressure: xs.iter().map(|x| pressure(*x)).collect(),
         force: vec![[0.0; 3]; n],
         status: xs.iter().map(|x| if x.abs() < a { 2 } else { 1 }).collect(),
+        multipliers: true,
+        closed: None,
     }
 }
 

@@ -190,6 +190,8 @@ fn read_side(group: &Group, step: Option<usize>) -> Result<SideTable> {
         pressure: read(&state, "pressure")?,
         force: read_vectors(&state.dataset("force")?)?,
         status: read(&state, "status")?,
+        multipliers: group.attr("multipliers")?.read_scalar::<u8>()? != 0,
+        closed: group.attr("closed").ok().map(|length| length.read_scalar()).transpose()?,
     })
 }
 

@@ -16,6 +16,8 @@ pub(super) struct Spread {
     pub connectivity: Share,
     /// Length of the tables of both sides of each contact pair; 0 where no rank has one.
     pub sides: Vec<[usize; 2]>,
+    /// Of the same sides: more than 0 if it has the multipliers, and the length of a closed one, m, or 0.
+    pub side_facts: Vec<[[f64; 2]; 2]>,
     /// Rows of the history, which rank 0 has.
     pub history: usize,
     /// Whether these rows have the contact pairs.
@@ -59,6 +61,7 @@ impl Spread {
             cells,
             connectivity,
             sides: side_lengths(comm, result.pairs)?,
+            side_facts: side_facts(comm, result.pairs),
             history: history[0] as usize,
             history_of_pairs: history[1] != 0,
             growth,
@@ -110,6 +113,19 @@ fn grid(comm: &SimpleCommunicator, piece: &Piece) -> [Share; 3] {
         let counts = || all.iter().skip(k).step_by(3).map(|&n| n as usize);
         Share { start: counts().take(rank).sum(), own: own[k] as usize, total: counts().sum() }
     })
+}
+
+/// Collective. What rank 0 is to write of the sides, which other ranks hold.
+fn side_facts(comm: &SimpleCommunicator, pairs: &[PairTables]) -> Vec<[[f64; 2]; 2]> {
+    let sides = pairs.iter().flat_map(|pair| &pair.sides);
+    let own: Vec<f64> = sides
+        .flat_map(|side| match side {
+            Some(table) => [f64::from(u8::from(table.multipliers)), table.closed.unwrap_or(0.0)],
+            None => [0.0; 2],
+        })
+        .collect();
+    let all = crate::parallel::max(comm, &own);
+    all.chunks_exact(4).map(|v| [[v[0], v[1]], [v[2], v[3]]]).collect()
 }
 
 /// Collective. Lengths of the tables, of each of which at most one rank has a copy.

@@ -42,6 +42,11 @@ pub(super) fn create_contact<'a>(
                 let x = table.map_or(&[][..], |t| t.x.as_flattened());
                 plan.add(&group, "s", Some(run.unit("m")), rows(1, s))?;
                 plan.add(&group, "x", Some(run.unit("m")), rows(3, x))?;
+                let [multipliers, closed] = spread.side_facts[p][side];
+                group.number("multipliers", u8::from(multipliers > 0.0))?;
+                if closed > 0.0 {
+                    group.number("closed", closed)?;
+                }
             }
             add_state(&group, table, total, run, plan)?;
             let Some(growth) = spread.growth else { continue };

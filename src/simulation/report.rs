@@ -72,11 +72,10 @@ impl Run {
         let Site { case, plan, engine } = *site;
         let world = &plan.groups.world;
         let seconds = start.seconds(world);
+        let estimate = self.last.estimate.unwrap_or_default();
         let mut bodies = bodies(site);
-        std::iter::zip(&mut bodies, &self.last.estimate.body_energy)
-            .for_each(|(b, e)| b.error_estimate = Some(*e));
-        std::iter::zip(&mut bodies, &self.last.estimate.strain_energy)
-            .for_each(|(b, e)| b.strain_energy = Some(*e));
+        std::iter::zip(&mut bodies, &estimate.body_energy).for_each(|(b, e)| b.error_estimate = Some(*e));
+        std::iter::zip(&mut bodies, &estimate.strain_energy).for_each(|(b, e)| b.strain_energy = Some(*e));
         let last = self.steps.last();
         let summary = Summary {
             schema: Summary::SCHEMA,
@@ -104,13 +103,14 @@ impl Run {
             residual: self.checks.residual,
             ranks: world.size() as usize,
             bodies,
-            error_estimate: record::ErrorEstimate::from(&self.last.estimate),
+            error_estimate: record::ErrorEstimate::from(&estimate),
             free_modes: modes_of(case, &self.last.free_modes),
             held_modes: modes_of(case, &self.last.held_modes),
             pairs: last.map_or_else(Vec::new, |s| s.pairs.clone()),
             probes: last.map_or_else(Vec::new, |s| s.probes.clone()),
             steps: (!case.steps.is_empty()).then_some(self.steps),
             checks: self.checks,
+            plausibility: self.plausibility,
             seconds,
             peak_memory_mb: peak_memory_mb(world),
             warnings: self.warnings,
@@ -118,7 +118,7 @@ impl Run {
             adapt: None,
             adapt_reached: None,
         };
-        (summary, self.last.estimate)
+        (summary, estimate)
     }
 }
 

@@ -5,7 +5,7 @@ use super::{
     fields::{append, probe, start_fields},
     outline::outlines,
     pairs::pair_results,
-    plausible::{Motion, Motions},
+    plausible::{self, Motion, Motions, plausibility},
 };
 use crate::{
     body::{Body, LoadFactors},
@@ -16,10 +16,10 @@ use crate::{
     output::{self, Growing, Piece, ResultFile, RunInfo},
     parallel::{self, agree},
     petsc::Stage,
-    record::{self, HistoryRow, LoadStep, Reason, StepSummary},
+    record::{self, HistoryRow, LoadStep, Plausibility, Reason, StepSummary},
     scene::Plan,
     step::{self, Accepted, Advanced, End, Engine, Found, Scene},
-    vector::smaller,
+    vector::{smaller, worst},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::path::Path;
@@ -40,7 +40,10 @@ pub(super) struct Last {
     pub pairs: Vec<record::PairTables>,
     pub free_modes: Vec<String>,
     pub held_modes: Vec<String>,
-    pub estimate: Estimate,
+    /// `None`: not made yet.
+    pub estimate: Option<Estimate>,
+    /// What it is made of: displacements of this rank's bodies, m, and contact forces at their owned nodes, N.
+    pub solution: Vec<[Vec<f64>; 2]>,
 }
 
 /// What the steps so far have given.
@@ -54,6 +57,7 @@ pub(super) struct Run {
     pub file: Option<Growing>,
     pub steps: Vec<StepSummary>,
     pub checks: record::Checks,
+    pub plausibility: Plausibility,
     pub counts: Counts,
     pub warnings: Vec<String>,
     pub diagnosis: Vec<String>,
@@ -66,6 +70,7 @@ struct Measured {
     last: Last,
     summary: StepSummary,
     checks: record::Checks,
+    plausibility: Plausibility,
     counts: Counts,
     warnings: Vec<String>,
 }
@@ -79,6 +84,7 @@ impl Run {
             file,
             steps: Vec::new(),
             checks: checks::none(),
+            plausibility: Plausibility::default(),
             counts: Counts::default(),
             warnings: Vec::new(),
             diagnosis: Vec::new(),
@@ -111,6 +117,7 @@ impl Run {
             run.keep(case, plan, engine, accepted)
         })?;
         run.end(end, case)?;
+        run.estimate(case, plan, engine.bodies())?;
         Ok(run)
     }
 
@@ -147,9 +154,11 @@ impl Run {
         engine: &Engine,
         accepted: Accepted,
     ) -> Result<(Reason, step::State)> {
-        let Accepted { name, factors, advanced } = accepted;
+        let Accepted { name, factors, is_last, advanced } = accepted;
         let Advanced { state, mut found, contact } = advanced;
-        let measured = measure(case, plan, engine.bodies(), &state, &mut found, &contact, name, factors)?;
+        let estimated = is_last || case.output.every_estimate;
+        let measured =
+            measure(case, plan, engine.bodies(), &state, &mut found, contact, name, factors, estimated)?;
         let reason = found.reason;
         self.counts.add(&measured.counts);
         if !reason.converged() && self.steps.iter().any(|step| step.reason.converged()) {
@@ -160,10 +169,12 @@ impl Run {
             // It was kept for want of a solution: nothing of it remains.
             self.history.clear();
             (self.checks, self.tolerance) = (checks::none(), f64::INFINITY);
+            self.plausibility = Plausibility::default();
         }
         self.reason = reason;
         self.tolerance = smaller(self.tolerance, found.tolerance);
         self.checks = worse(self.checks, measured.checks);
+        self.plausibility = plausible::worse(self.plausibility, measured.plausibility);
         self.steps.push(measured.summary);
         self.last = measured.last;
         self.history.append(&mut found.history);
@@ -185,6 +196,31 @@ impl Run {
         file.append(world, &ResultFile { piece, pairs, history: &self.history, run: &info })?;
         self.history.clear();
         self.file = Some(file);
+        // The file has them; the points tell how far planes are to be drawn.
+        let Piece { cells, cell_bodies, point_fields, cell_fields, .. } = &mut self.last.piece;
+        (*cells, *cell_bodies) = Default::default();
+        (*point_fields, *cell_fields) = Default::default();
+        Ok(())
+    }
+
+    /// The estimate of the last step that was kept, if it has none: the run did not get to the end. Collective.
+    fn estimate(&mut self, case: &Case, plan: &Plan, bodies: &[Body]) -> Result<()> {
+        let (Some(step), None) = (self.steps.last_mut(), &self.last.estimate) else { return Ok(()) };
+        let _stage = Stage::Estimate.enter();
+        let mut errors = Vec::new();
+        let groups = &plan.groups;
+        let made = std::iter::zip(bodies, &self.last.solution).zip(groups.bodies()).try_for_each(
+            |((body, [displacement, contact]), &index)| {
+                let u = body.with_ghosts(&groups.group, displacement)?;
+                let (fields, _) = agree(&groups.group, body.recover(&u, contact))?;
+                errors.push(BodyError::new(body, index, &groups.group, &u, &fields)?);
+                Ok(())
+            },
+        );
+        agree(&groups.world, made)?;
+        let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, &self.last.pairs));
+        step.set_estimate(&estimate);
+        self.last.estimate = Some(estimate);
         Ok(())
     }
 
@@ -264,9 +300,10 @@ fn measure(
     bodies: &[Body],
     state: &step::State,
     found: &mut Found,
-    contact: &[Vec<f64>],
+    contact: Vec<Vec<f64>>,
     name: Option<&str>,
     factors: LoadFactors,
+    estimated: bool,
 ) -> Result<Measured> {
     let _stage = Stage::Recover.enter();
     let (world, groups) = (&plan.groups.world, &plan.groups);
@@ -275,15 +312,18 @@ fn measure(
     start_fields(&mut piece, heated);
     let (mut balances, mut recovered, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     let mut motions = Vec::new();
-    let ends = std::iter::zip(&state.bodies, contact);
+    let ends = std::iter::zip(&state.bodies, &contact);
     let finished = std::iter::zip(bodies, ends).enumerate().try_for_each(|(i, (body, (end, contact)))| {
         let u = body.with_ghosts(&groups.group, &end.displacement)?;
         let (fields, balance) = agree(&groups.group, body.recover(&u, contact))?;
         let estimating = Stage::Estimate.enter();
-        let error = BodyError::new(body, end.body, &groups.group, &u, &fields)?;
+        let error = match estimated {
+            true => Some(BodyError::new(body, end.body, &groups.group, &u, &fields)?),
+            false => None,
+        };
         drop(estimating);
-        append(&mut piece, body, &fields, &error, end.body, heated);
-        errors.push(error);
+        append(&mut piece, body, &fields, error.as_ref(), end.body, heated);
+        errors.extend(error);
         motions.push(Motion::of_part(body, &fields, plan.meshes[i].points[0]));
         balances.push(total(&groups.group, &balance));
         recovered.push(fields);
@@ -292,11 +332,10 @@ fn measure(
     agree(world, finished)?;
     let probes = probe(case, plan, bodies, &recovered, world)?;
     let mut warnings = Vec::new();
-    let (mut pairs, tables) = pair_results(case, found, world, &mut warnings);
+    let (pairs, tables) = pair_results(case, found, world, &mut warnings);
     let estimating = Stage::Estimate.enter();
-    let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, found));
+    let estimate = estimated.then(|| Estimate::new(case, plan, errors, &multiplier_sides(plan, &tables)));
     drop(estimating);
-    std::iter::zip(&mut pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
     let n = case.bodies.len();
     let of_bodies = OfBodies::new(&balances, groups.bodies(), n, world);
     let motions = Motions::gather(&motions, groups.bodies(), n, world);
@@ -311,6 +350,9 @@ fn measure(
     };
     evidence.decide(found, world);
     warnings.extend(motions.warnings(case));
+    let overlap = parallel::max(world, &[worst(found.ends.iter().map(|end| end.overlap))])[0];
+    let (plausibility, lines) = plausibility(case, &of_bodies, &pairs, &motions, overlap, world);
+    warnings.extend(lines);
     // Large strains have another cause than the geometry of the contact.
     let turned = std::mem::take(&mut found.turned);
     warnings.extend(turned.into_iter().filter(|_| !motions.has_large_strain()));
@@ -324,27 +366,44 @@ fn measure(
         alternations: counts.alternations,
         updates: counts.updates,
     };
-    let summary =
-        StepSummary::new(&summary, found.tolerance, pairs, probes, record::ErrorEstimate::from(&estimate));
+    let mut summary = StepSummary::new(&summary, found.tolerance, pairs, probes, None);
+    if let Some(estimate) = &estimate {
+        summary.set_estimate(estimate);
+    }
+    let solution = match estimated {
+        true => Vec::new(),
+        false => {
+            let ends = std::iter::zip(&state.bodies, contact);
+            ends.map(|(end, contact)| [end.displacement.clone(), contact]).collect()
+        }
+    };
     let free_modes = std::mem::take(&mut found.free_modes);
     let held_modes = std::mem::take(&mut found.held_modes);
     Ok(Measured {
-        last: Last { piece, pairs: tables, free_modes, held_modes, estimate },
+        last: Last { piece, pairs: tables, free_modes, held_modes, estimate, solution },
         summary,
         checks,
+        plausibility,
         counts,
         warnings,
     })
 }
 
 /// The sides with multipliers that this rank holds.
-fn multiplier_sides<'a>(plan: &'a Plan, found: &'a Found) -> Vec<MultiplierSide<'a>> {
+fn multiplier_sides<'a>(plan: &'a Plan, tables: &'a [record::PairTables]) -> Vec<MultiplierSide<'a>> {
     let ends = std::iter::zip(&plan.surfaces, &plan.ends);
     let side = |(surface, &(pair, side, _)): (&'a Surface, &(usize, usize, usize))| {
-        let end = found.ends.iter().find(|e| e.multiplier && (e.pair, e.side) == (pair, side))?;
-        Some(MultiplierSide { pair, side, surface, table: &end.table })
+        let table = tables[pair].sides[side].as_ref().filter(|table| table.multipliers)?;
+        Some(MultiplierSide { pair, side, surface, table })
     };
     ends.filter_map(side).collect()
+}
+
+impl StepSummary {
+    fn set_estimate(&mut self, estimate: &Estimate) {
+        std::iter::zip(&mut self.pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
+        self.error_estimate = Some(record::ErrorEstimate::from(estimate));
+    }
 }
 
 /// Peak resident memory of all processes, MB; 0 where the system does not tell. Collective.

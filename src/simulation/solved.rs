@@ -58,7 +58,7 @@ impl Solved {
     }
 
     pub fn estimate(&self) -> &Estimate {
-        &self.run.last.estimate
+        self.run.last.estimate.as_ref().expect("a run that has ended has its estimate")
     }
 
     pub fn alternations(&self) -> u64 {

@@ -20,6 +20,8 @@ pub(crate) struct Accepted<'m> {
     /// Of the step of the case that it belongs to; `None` for a part of one, unless it is the last part.
     pub name: Option<&'m str>,
     pub factors: LoadFactors,
+    /// True at the end of the path.
+    pub is_last: bool,
     pub advanced: Advanced,
 }
 
@@ -47,7 +49,7 @@ pub(crate) fn march<'p>(
     let least = if updated || !scene.case.steps.is_empty() { LEAST } else { 1.0 };
     let mut state = State::start();
     let mut number = 1;
-    for step in path {
+    for (k, step) in path.iter().enumerate() {
         let target =
             LoadFactors { loads: step.loads, supports: step.supports, temperature: step.temperature };
         let from = state.factors;
@@ -59,7 +61,10 @@ pub(crate) fn march<'p>(
             let name = step.name.as_deref().filter(|_| is_last);
             let tried = engine.advance(scene, &state, Target { number, factors }, &mut progress);
             let failure = match tried {
-                Ok(advanced) => match accept(engine, Accepted { name, factors, advanced })? {
+                Ok(advanced) => match accept(
+                    engine,
+                    Accepted { name, factors, is_last: is_last && k + 1 == path.len(), advanced },
+                )? {
                     (reason, accepted) if reason.converged() => {
                         (state, done) = (accepted, reached);
                         number += 1;

@@ -14,7 +14,7 @@ use crate::{
     material::LinearElastic,
     parallel::{self, Exchange, agree},
     petsc,
-    record::{HistoryRow, Reason},
+    record::{HistoryRow, Reason, SideTable},
     scene::Plan,
     schwarz::{self, Alternation, ContactNode, Side, alternation::SideState, weights::Both},
 };
@@ -370,7 +370,8 @@ fn end_found(surface: &Surface, side: &Side, state: &SideState, beyond: &[Contac
         beyond: beyond.iter().map(penetration).fold(0.0, larger),
         complementarity,
         approach,
-        table,
+        overlap: side.nodes.iter().map(|node| -node.conjugate.gap).fold(0.0, larger),
+        table: SideTable { multipliers: side.first, ..table },
     }
 }
 
