@@ -186,6 +186,10 @@ impl EndFound {
             };
             table.pressure[i] = of(&|j| force[j] / data.rows[j].area, 0.0);
             table.gap[i] = of(&|j| gaps[j], f64::NAN);
+            // A force without pressure is the rest of a facet that touches further on.
+            if table.status[i] > 0 {
+                table.status[i] = if table.pressure[i] > 0.0 { 2 } else { 1 };
+            }
         }
         EndFound {
             pair,

@@ -177,10 +177,10 @@ name = "slope"
 rigid.plane = {{ through = [0, 0.2], normal = [{nx}, {ny}] }}
 [[contact]]
 name = "below"
-surfaces = ["wedge.bottom", "floor"]
+surfaces = ["wedge.bottom", "floor.surface"]
 [[contact]]
 name = "above"
-surfaces = ["wedge.top", "slope"]
+surfaces = ["wedge.top", "slope.surface"]
 "#
     )
 }
