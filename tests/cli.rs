@@ -392,3 +392,176 @@ fn an_error_on_one_rank_stops_all() {
         assert!(log.contains(text) && log.matches("error:").count() == 1, "{log}");
     }
 }
+
+/// Two squares pressed together in so many steps, so many cells along each side.
+fn stepped(steps: usize, cells: usize) -> String {
+    let body = |name: &str, x: f64, y: f64, support: &str| {
+        format!(
+            r#"
+[[body]]
+name = "{name}"
+element = "quad4"
+material = {{ young = 2.1e11, poisson = 0.3 }}
+mesh.rectangle = {{ x = {{ from = 0, to = {x}, cells = {cells} }}, y = {{ from = {y}, to = {}, cells = {cells} }} }}
+support = [{{ surface = "left", x = 0 }}, {support}]
+"#,
+            y + 1.0
+        )
+    };
+    let mut text = String::from("analysis = \"plane strain\"\n");
+    text += &body("upper", 1.0, 1.0, "{ surface = \"top\", y = -1e-3 }");
+    text += &body("lower", 1.5, 0.0, "{ surface = \"bottom\", y = 0 }");
+    text += "[[contact]]\nname = \"c\"\nsurfaces = [\"upper.bottom\", \"lower.top\"]\n";
+    for k in 1..=steps {
+        text += &format!("[[step]]\nname = \"step {k}\"\nsupports = {}\n", k as f64 / steps as f64);
+    }
+    text
+}
+
+/// The displacements and stresses after each step, and the pressures.
+fn states(results: &kontakt::output::Results) -> Vec<Vec<f64>> {
+    let of = |fields: &[kontakt::output::Field], pairs: &[kontakt::record::PairTables]| -> Vec<f64> {
+        let pressures = pairs.iter().flat_map(|p| p.sides.iter().flatten()).flat_map(|side| &side.pressure);
+        fields.iter().flat_map(|f| &f.values).chain(pressures).copied().collect()
+    };
+    let last = of(&results.piece.point_fields, &results.pairs);
+    results.before.iter().map(|s| of(&s.point_fields, &s.pairs)).chain([last]).collect()
+}
+
+/// Killed while it is at its steps, a run leaves those that it has accepted, as they are in a run that gets to the end.
+#[test]
+fn a_killed_run_leaves_its_accepted_steps() {
+    use kontakt::output::{RESULT, Results};
+    const STEPS: usize = 30;
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("case.toml");
+    std::fs::write(&file, stepped(STEPS, 60)).unwrap();
+    let whole = directory.path().join("whole");
+    assert_eq!(run(1, &file, &whole, &[]).status.code(), Some(0));
+    let expected = states(&Results::read(&whole.join(RESULT)).unwrap());
+    assert_eq!(expected.len(), STEPS);
+    for wait in [1, 4, 9] {
+        let out = directory.path().join(format!("killed-{wait}"));
+        // An older result is there until the first step is.
+        std::fs::create_dir_all(&out).unwrap();
+        std::fs::write(out.join(RESULT), "old").unwrap();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_kontakt"));
+        command.arg("run").arg(&file).arg("--out").arg(&out);
+        command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
+        let mut child = command.spawn().unwrap();
+        let steps = || Results::read(&out.join(RESULT)).map_or(0, |read| read.before.len() + 1);
+        while steps() < wait {
+            assert!(child.try_wait().unwrap().is_none(), "it has ended by itself");
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let read = Results::read(&out.join(RESULT)).unwrap();
+        let found = states(&read);
+        assert!(found.len() >= wait && found.len() < STEPS && !read.complete, "{} steps", found.len());
+        assert_eq!(read.run.steps.as_ref().map(Vec::len), Some(found.len()));
+        assert!(read.history.iter().all(|row| row.step <= found.len() as u64));
+        assert!(!out.join("summary.json").exists());
+        assert!(found == expected[..found.len()], "the steps of the killed run are others");
+    }
+}
+
+/// As many processes make the same file.
+#[test]
+fn steps_on_two_ranks_are_those_on_one() {
+    use kontakt::output::{RESULT, Results};
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("case.toml");
+    std::fs::write(&file, stepped(4, 12)).unwrap();
+    let [one, two] = [1, 2].map(|ranks| {
+        let out = directory.path().join(ranks.to_string());
+        assert_eq!(run(ranks, &file, &out, &[]).status.code(), Some(0));
+        states(&Results::read(&out.join(RESULT)).unwrap())
+    });
+    for (one, two) in std::iter::zip(&one, &two) {
+        let scale = one.iter().map(|v| v.abs()).fold(0.0, f64::max);
+        assert!(one.len() == two.len() && scale > 0.0);
+        // A rank has a body each: the points are in the same order.
+        assert!(std::iter::zip(one, two).all(|(a, b)| (a - b).abs() <= 1e-9 * scale));
+    }
+}
+
+#[test]
+fn memory_does_not_depend_on_the_number_of_steps() {
+    let directory = tempfile::tempdir().unwrap();
+    let peaks = [1, 10, 40].map(|steps| {
+        let file = directory.path().join(format!("{steps}.toml"));
+        std::fs::write(&file, stepped(steps, 90)).unwrap();
+        let out = directory.path().join(steps.to_string());
+        assert_eq!(run(1, &file, &out, &[]).status.code(), Some(0));
+        let summary = summary(&out);
+        let estimates =
+            summary["steps"].as_array().unwrap().iter().map(|s| s.get("error_estimate").is_some());
+        // Only the last step's error is estimated.
+        assert_eq!(
+            estimates.collect::<Vec<_>>().iter().rposition(|known| !known),
+            steps.checked_sub(2),
+            "{summary}"
+        );
+        summary["peak_memory_mb"].as_f64().unwrap()
+    });
+    for peak in peaks {
+        assert!((peak / peaks[0] - 1.0).abs() < 0.05, "{peaks:?} MB for 1, 10, 40 steps");
+    }
+}
+
+#[test]
+fn the_seconds_add_up_to_the_total() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("case.toml");
+    std::fs::write(&file, stepped(3, 60)).unwrap();
+    let adapted = ["--adapt", "energy=1%", "--adapt-rounds", "2"];
+    for (case, ranks, arguments) in [
+        (&file, 1, &[][..]),
+        (&file, 2, &[]),
+        (&case("hertz-line"), 1, &[]),
+        (&case("hertz-line"), 2, &adapted),
+        (
+            &case("hertz-line"),
+            1,
+            &["--set", "alternation.driver=\"relaxed\"", "--set", "alternation.weights=0.5"],
+        ),
+    ] {
+        let out = tempfile::tempdir().unwrap();
+        run(ranks, case, out.path(), arguments);
+        let summary = summary(out.path());
+        let seconds = summary["seconds"].as_object().unwrap();
+        let total = seconds["total"].as_f64().unwrap();
+        let parts: f64 =
+            seconds.iter().filter(|(k, _)| *k != "total").map(|(_, v)| v.as_f64().unwrap()).sum();
+        assert!((parts / total - 1.0).abs() <= 0.03, "{parts} of {total}: {seconds:?}");
+        assert!(seconds.values().all(|v| v.as_f64().unwrap() >= 0.0));
+    }
+}
+
+/// Memory and size of the results of runs, from what `check` says of them.
+#[test]
+fn check_predicts_memory_and_results() {
+    for (element, cells, ranks) in [("quad4", 90, 1), ("quad8", 60, 1), ("tri3", 90, 2), ("quad4", 90, 2)] {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("case.toml");
+        std::fs::write(&file, stepped(2, cells).replace("quad4", element)).unwrap();
+        let mut command = mpirun(ranks);
+        let output = command.arg(env!("CARGO_BIN_EXE_kontakt")).arg("check").arg(&file).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let line = text.lines().find(|line| line.starts_with("a run takes about")).expect(&text);
+        let before = |unit: &str| -> f64 {
+            let words: Vec<&str> = line[..line.find(unit).expect(line)].split_whitespace().collect();
+            words.last().unwrap().parse().expect(line)
+        };
+        let out = directory.path().join("out");
+        assert_eq!(run(ranks, &file, &out, &[]).status.code(), Some(0));
+        let peak = summary(&out)["peak_memory_mb"].as_f64().unwrap();
+        let sizes = std::fs::read_dir(&out).unwrap().map(|file| file.unwrap().metadata().unwrap().len());
+        let size = sizes.sum::<u64>() as f64 / 1e6;
+        for (what, predicted, found) in
+            [("memory", before(" MB in all"), peak), ("results", before(" MB of results"), size)]
+        {
+            assert!((predicted / found - 1.0).abs() < 0.2, "{element}, {ranks}: {what} {found}: {line}");
+        }
+    }
+}

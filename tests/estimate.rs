@@ -90,7 +90,7 @@ impl Solved {
 
     fn multipliers(&self) -> &SideTable {
         let mut sides = self.results.pairs[0].sides.iter().flatten();
-        sides.find(|side| side.gap.iter().any(|g| g.is_finite())).expect("a side has gaps")
+        sides.find(|side| side.multipliers).expect("a side has the multipliers")
     }
 }
 

@@ -94,6 +94,8 @@ fn side(k: f64, n: usize) -> SideTable {
         pressure: numbers(7.0),
         force: vectors(0.3),
         status: (0..n as i32).map(|i| i % 3).collect(),
+        multipliers: k == 1.0,
+        closed: (k == 2.0).then_some(7.5),
     }
 }
 
@@ -162,11 +164,7 @@ fn write_standard(world: &SimpleCommunicator, path: &Path) -> kontakt::Result<()
     let (rank, size) = (world.rank(), world.size());
     let (piece, pairs, run) = (piece(rank), pairs(rank, size), run_info(Units::Si));
     let history = if rank == 0 { history() } else { vec![] };
-    write(
-        world,
-        path,
-        &ResultFile { piece: &piece, pairs: &pairs, before: &[], history: &history, run: &run },
-    )
+    write(world, path, &ResultFile { piece: &piece, pairs: &pairs, history: &history, run: &run })
 }
 
 fn check_standard(path: &Path, ranks: i32) {
@@ -209,7 +207,7 @@ fn check_standard(path: &Path, ranks: i32) {
         assert_eq!(format!("{read:?}"), format!("{table:?}"));
     }
     assert_eq!(read.history, history());
-    assert!(read.before.is_empty());
+    assert!(read.before.is_empty() && read.complete);
     assert_eq!(format!("{:?}", read.run), format!("{:?}", run_info(Units::Si)));
 }
 
@@ -307,41 +305,114 @@ fn stepped_history() -> Vec<HistoryRow> {
     (1..=3).flat_map(of_step).collect()
 }
 
+/// The run after its first `n` steps, and the history of the last of them.
+fn run_after(n: usize) -> (RunInfo, Vec<HistoryRow>) {
+    let mut run = stepped_run();
+    run.steps.as_mut().unwrap().truncate(n);
+    (run, stepped_history().into_iter().filter(|row| row.step == n as u64).collect())
+}
+
+/// Adds step `k` (0, 1, ...) of three.
+fn append(world: &SimpleCommunicator, file: &mut Growing, k: usize) -> kontakt::Result<()> {
+    let State { point_fields, cell_fields, pairs } = state(world.rank(), world.size(), k);
+    let piece = Piece { point_fields, cell_fields, ..piece(world.rank()) };
+    let (run, history) = run_after(k + 1);
+    let history = if world.rank() == 0 { history } else { vec![] };
+    file.append(world, &ResultFile { piece: &piece, pairs: &pairs, history: &history, run: &run })
+}
+
+/// Three steps, of which `expected` are.
+fn grow(world: &SimpleCommunicator, path: &Path, at_once: bool, expected: usize) {
+    let names = ["press ä", "", "cool", "", ""].map(|name| Some(name).filter(|name| !name.is_empty()));
+    let mut file = Growing::new(path, at_once, names.into_iter().take(expected));
+    for k in 0..3 {
+        append(world, &mut file, k).unwrap();
+        if k == 1 {
+            // A step without its results, or whose fields are others, is refused, on all ranks.
+            let e = append(world, &mut file, 1).unwrap_err();
+            assert!(e.to_string().contains("every step"), "{e}");
+            let (piece, (run, _)) = (piece(world.rank()), run_after(3));
+            let other = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
+            let e = file.append(world, &other).unwrap_err();
+            assert!(e.to_string().contains("differ in fields"), "{e}");
+        }
+        assert_eq!(file.steps(), k + 1);
+        // What there is can be read at any time.
+        if world.rank() == 0 && at_once {
+            let read = check_steps(path, world.size(), k + 1);
+            assert!(!read.complete && !hdf5_converged(path));
+        } else if world.rank() == 0 {
+            assert!(!path.exists());
+        }
+        world.barrier();
+    }
+    file.finish(world, &stepped_run()).unwrap();
+}
+
+fn hdf5_converged(path: &Path) -> bool {
+    let run = hdf5::File::open(path).unwrap().group("run").unwrap();
+    run.attr("converged").unwrap().read_scalar::<u8>().unwrap() != 0
+}
+
 #[test]
 fn load_steps_come_back() {
     on_ranks(
         "load_steps_come_back",
         &[1, 2, 3],
-        |world, directory| {
-            let (rank, size) = (world.rank(), world.size());
-            let State { point_fields, cell_fields, pairs } = state(rank, size, 2);
-            let piece = Piece { point_fields, cell_fields, ..piece(rank) };
-            let before = [state(rank, size, 0), state(rank, size, 1)];
-            let (history, run) = (stepped_history(), stepped_run());
-            let file =
-                ResultFile { piece: &piece, pairs: &pairs, before: &before, history: &history, run: &run };
-            write(world, &directory.join(RESULT), &file).unwrap();
-            // A step without its results is refused, on all ranks.
-            let file = ResultFile { before: &before[..1], ..file };
-            let e = write(world, &directory.join(RESULT), &file).unwrap_err();
-            assert!(e.to_string().contains("every step"), "{e}");
-        },
+        |world, directory| grow(world, &directory.join(RESULT), true, 3),
         |directory, ranks| {
             let path = directory.join(RESULT);
-            check_steps(&path, ranks as i32);
+            let read = check_steps(&path, ranks as i32, 3);
+            assert_eq!(format!("{:?}", read.run), format!("{:?}", stepped_run()));
+            assert!(!read.run.converged() && read.complete, "one step did not converge");
+            // To draw the pictures the fields of the last step are enough.
+            let last = Results::read_last(&path).unwrap();
+            assert!(
+                last.before.iter().all(|state| state.point_fields.is_empty() && state.cell_fields.is_empty())
+            );
+            assert_eq!(
+                format!("{:?}", (&last.piece, &last.pairs)),
+                format!("{:?}", (&read.piece, &read.pairs))
+            );
             assert_eq!(names(directory), [RESULT]);
             keep(&path, &format!("steps-{ranks}.vtkhdf"));
         },
     );
 }
 
-fn check_steps(path: &Path, ranks: i32) {
+/// Steps that were halved are more than those of the case, steps that failed fewer.
+#[test]
+fn there_may_be_more_or_fewer_steps_than_expected() {
+    on_ranks(
+        "there_may_be_more_or_fewer_steps_than_expected",
+        &[1, 2],
+        |world, directory| {
+            for (expected, at_once) in [(1, true), (2, false), (5, true), (5, false)] {
+                let directory = directory.join(format!("{expected}-{at_once}"));
+                prepare(world, &directory).unwrap();
+                grow(world, &directory.join(RESULT), at_once, expected);
+            }
+        },
+        |directory, ranks| {
+            for name in ["1-true", "2-false", "5-true", "5-false"] {
+                let directory = directory.join(name);
+                check_steps(&directory.join(RESULT), ranks as i32, 3);
+                let file = hdf5::File::open(directory.join(RESULT)).unwrap();
+                let steps = file.group("contact/p_1 ä/a/steps").unwrap().member_names().unwrap();
+                assert_eq!(steps, ["1", "2", "3"], "{name}");
+                assert_eq!(names(&directory), [RESULT]);
+            }
+        },
+    );
+}
+
+fn check_steps(path: &Path, ranks: i32, n: usize) -> Results {
     let read = Results::read(path).unwrap();
-    assert_eq!(format!("{:?}", read.run), format!("{:?}", stepped_run()));
-    assert!(!read.run.converged(), "one step did not");
-    assert_eq!(read.history, stepped_history());
-    assert_eq!(read.before.len(), 2);
-    for k in 0..3 {
+    let (run, history) = (run_after(n).0, stepped_history());
+    assert_eq!(format!("{:?}", read.run.steps), format!("{:?}", run.steps));
+    assert_eq!(read.history, history.into_iter().filter(|row| row.step <= n as u64).collect::<Vec<_>>());
+    assert_eq!(read.before.len(), n - 1);
+    for k in 0..n {
         let expected: Vec<State> = (0..ranks).map(|rank| state(rank, ranks, k)).collect();
         let (points, cells, pairs) = match read.before.get(k) {
             Some(state) => (&state.point_fields, &state.cell_fields, &state.pairs),
@@ -363,15 +434,22 @@ fn check_steps(path: &Path, ranks: i32) {
         }
     }
     // What VTK's reader goes by.
-    let steps = hdf5::File::open(path).unwrap().group("VTKHDF/Steps").unwrap();
+    let file = hdf5::File::open(path).unwrap();
+    let steps = file.group("VTKHDF/Steps").unwrap();
     let column = |name: &str| steps.dataset(name).unwrap().read_raw::<i64>().unwrap();
     let n_points = read.piece.points.len() as i64;
-    assert_eq!(steps.attr("NSteps").unwrap().read_scalar::<i64>().unwrap(), 3);
-    assert_eq!(column("NumberOfParts"), [i64::from(ranks); 3]);
-    assert_eq!(column("PartOffsets"), [0; 3]);
-    assert_eq!(steps.dataset("CellOffsets").unwrap().shape(), [3, 1]);
-    assert_eq!(column("PointDataOffsets/stress"), [0, n_points, 2 * n_points]);
-    assert_eq!(column("CellDataOffsets/body"), [0; 3]);
+    assert_eq!(steps.attr("NSteps").unwrap().read_scalar::<i64>().unwrap(), n as i64);
+    assert_eq!(column("NumberOfParts"), vec![i64::from(ranks); n]);
+    assert_eq!(column("PartOffsets"), vec![0; n]);
+    assert_eq!(steps.dataset("CellOffsets").unwrap().shape(), [n, 1]);
+    assert_eq!(column("PointDataOffsets/stress"), (0..n as i64).map(|k| k * n_points).collect::<Vec<_>>());
+    assert_eq!(column("CellDataOffsets/body"), vec![0; n]);
+    assert_eq!(steps.dataset("Values").unwrap().read_raw::<f64>().unwrap().len(), n);
+    // The table of the pair itself is that of the last step.
+    let pair = file.group("contact/p_1 ä").unwrap();
+    let pressure = |name: String| pair.dataset(&name).unwrap().read_raw::<f64>().unwrap();
+    assert_eq!(pressure("a/pressure".into()), pressure(format!("a/steps/{n}/pressure")));
+    read
 }
 
 /// Copies a file to `KONTAKT_KEEP`, if set, to look at it with other tools.
@@ -396,7 +474,7 @@ fn consistent_units_are_not_labelled() {
         &[1],
         |world, directory| {
             let (piece, run) = (piece(0), run_info(Units::Consistent));
-            let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
+            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
             write(world, &directory.join(RESULT), &file).unwrap();
         },
         |directory, _| {
@@ -419,7 +497,7 @@ fn an_error_on_one_rank_is_returned_on_all() {
             if world.rank() == 2 {
                 piece.point_fields[1].values.pop();
             }
-            let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
+            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
             let e = write(world, &directory.join(RESULT), &file).unwrap_err();
             assert!(e.to_string().contains("\"stress\" has the wrong length"), "{e}");
             // One rank has a field of another name.
@@ -427,7 +505,7 @@ fn an_error_on_one_rank_is_returned_on_all() {
                 piece.point_fields[1].values.push(0.0);
                 piece.point_fields[0].name = "other".into();
             }
-            let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
+            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
             let e = write(world, &directory.join(RESULT), &file).unwrap_err();
             assert!(e.to_string().contains("differ between ranks"), "{e}");
             // The directory is not there: wrong input.
@@ -468,7 +546,7 @@ fn a_full_disk_ends_all_ranks_alike() {
             let path = directory.join(RESULT);
             write_standard(world, &path).unwrap();
             let (piece, run) = (big_piece(200_000), run_info(Units::Si));
-            let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
+            let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
             // Rank 0 cannot make the file as long as it must be; the others fail in the middle of their rows.
             for full in [2, 1, 0] {
                 limit_file_size((world.rank() == full).then_some(2_000_000));
@@ -501,7 +579,7 @@ fn a_killed_run_leaves_no_file_that_looks_complete() {
                 .unwrap();
                 world.barrier();
                 let (piece, run) = (big_piece(200_000), run_info(Units::Si));
-                let file = ResultFile { piece: &piece, pairs: &[], before: &[], history: &[], run: &run };
+                let file = ResultFile { piece: &piece, pairs: &[], history: &[], run: &run };
                 loop {
                     write(world, &directory.join(RESULT), &file).unwrap();
                 }
@@ -537,4 +615,55 @@ fn a_killed_run_leaves_no_file_that_looks_complete() {
         }
     }
     assert!(left.is_empty(), "no kill fell into the writing of a file");
+}
+
+/// One file after the other grows by steps until a rank is killed: what is there can be read, with the steps that are
+/// counted.
+#[test]
+fn a_killed_run_leaves_the_steps_that_it_has_written() {
+    const NAME: &str = "a_killed_run_leaves_the_steps_that_it_has_written";
+    if std::env::var_os("KONTAKT_TEST_DIR").is_some() {
+        on_ranks(
+            NAME,
+            &[],
+            |world, directory| {
+                let pid = directory.join(format!("pid{}", world.rank()));
+                std::fs::write(pid, std::process::id().to_string()).unwrap();
+                world.barrier();
+                loop {
+                    grow(world, &directory.join(RESULT), true, 3);
+                }
+            },
+            |_, _| {},
+        );
+        return;
+    }
+    let mut unfinished = 0;
+    for round in 0..24 {
+        let directory = tempfile::tempdir().unwrap();
+        let result = directory.path().join(RESULT);
+        let mut run =
+            child(NAME, 2, directory.path()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        while !result.exists() {
+            assert!(run.try_wait().unwrap().is_none(), "the writer ended by itself");
+            std::thread::yield_now();
+        }
+        std::thread::sleep(std::time::Duration::from_micros(1700 * round));
+        let pid = std::fs::read_to_string(directory.path().join(format!("pid{}", round % 2))).unwrap();
+        // SAFETY: a signal to the process of that rank, which only ends by it.
+        unsafe { libc::kill(pid.parse().unwrap(), libc::SIGKILL) };
+        assert!(!run.wait().unwrap().success());
+        let counted = {
+            let steps = hdf5::File::open(&result).unwrap().group("VTKHDF/Steps").unwrap();
+            steps.attr("NSteps").unwrap().read_scalar::<i64>().unwrap()
+        };
+        let read = Results::read(&result).unwrap();
+        assert_eq!(read.before.len() as i64 + 1, counted);
+        for (k, before) in read.before.iter().enumerate() {
+            let expected = state(0, 2, k).point_fields;
+            assert_eq!(before.point_fields[0].values, expected[0].values, "step {k} of {counted}");
+        }
+        unfinished += usize::from(!read.complete);
+    }
+    assert!(unfinished > 0, "no kill fell into the growth of a file");
 }

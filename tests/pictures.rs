@@ -8,7 +8,8 @@ use kontakt::output::*;
 use kontakt::record::*;
 use std::path::Path;
 
-const STYLE: OutputCase = OutputCase { component: StressComponent::Yy, magnification: None, window: None };
+const STYLE: OutputCase =
+    OutputCase { component: StressComponent::Yy, magnification: None, window: None, every_estimate: false };
 
 /// A block of n x n quadrilaterals from `low` to `high`; `kind` quad4 or quad8.
 fn block(piece: &mut Piece, body: i32, kind: ElementKind, low: [f64; 2], high: [f64; 2], n: usize) {
@@ -69,7 +70,7 @@ fn results(piece: Piece, pairs: Vec<PairTables>, title: &str, units: Units) -> R
         steps: None,
         rigid: Vec::new(),
     };
-    Results { piece, partitions: vec![[0, 0]], pairs, before: Vec::new(), history, run }
+    Results { piece, partitions: vec![[0, 0]], pairs, before: Vec::new(), history, run, complete: true }
 }
 
 /// Pressure p0 sqrt(1 - (x/a)^2) on n nodes over -length .. length at height y.
@@ -85,6 +86,8 @@ fn hertz_side(n: usize, length: f64, a: f64, p0: f64, y: f64, backwards: bool) -
         pressure: xs.iter().map(|x| pressure(*x)).collect(),
         force: vec![[0.0; 3]; n],
         status: xs.iter().map(|x| if x.abs() < a { 2 } else { 1 }).collect(),
+        multipliers: true,
+        closed: None,
     }
 }
 

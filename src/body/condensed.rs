@@ -7,7 +7,7 @@ use super::{
 use crate::tolerances::HELD_COMPLIANCE;
 use crate::{
     error::{Error, Result},
-    petsc::{Cholesky, Symmetric},
+    petsc::{Cholesky, Stage, Symmetric},
     schwarz::Spring,
     vector::pseudo_inverse,
 };
@@ -107,6 +107,7 @@ impl Condensed {
             return Ok(force);
         }
         if self.step.as_ref().is_none_or(|step| step.active != chosen) {
+            let _stage = Stage::Condense.enter();
             let (start, dependent) = (Instant::now(), self.depend(&chosen));
             self.step = Some(Step::new(&self.compliance, &self.values.modes, &[], chosen, dependent)?);
             self.cost.add(|c| {

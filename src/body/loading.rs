@@ -3,6 +3,7 @@ use super::{Body, LoadFactors, assembly::Assembled, system::System};
 use crate::{
     error::Result,
     parallel::{self, agree},
+    petsc::Stage,
 };
 use mpi::topology::SimpleCommunicator;
 use std::{rc::Rc, time::Instant};
@@ -33,6 +34,7 @@ impl Body {
 
     /// At the current temperatures; factorises if the stiffness has changed. Collective.
     fn reassemble(&mut self, group: &SimpleCommunicator) -> Result<()> {
+        let stage = Stage::Assemble.enter();
         let start = Instant::now();
         let temperature = self.temperature.as_ref().map(|t| &t[..]);
         let Assembled { matrix, thermal, prescribed } =
@@ -40,6 +42,7 @@ impl Body {
         self.loads.thermal = thermal;
         self.loads.prescribed = prescribed;
         self.cost.add(|c| c.assemble += start.elapsed().as_secs_f64());
+        drop(stage);
         if self.model.law.stiffness_varies() {
             let condensed = self.system.is_condensed();
             let setting = self.system.setting();

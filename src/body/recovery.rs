@@ -55,6 +55,8 @@ pub struct Balance {
     pub work: [f64; 3],
     /// Elastic energy of strains of round-off size, 1e-14, J: a body with less work done on it is not loaded.
     pub noise: f64,
+    /// Sum of the sizes of the nodal loads, N.
+    pub applied: f64,
     /// Resultant of the support forces, N; a fixing is no support, its force is residual.
     pub reaction: [f64; 3],
     /// What the unit round-off of the displacements makes of the internal forces, eps |u| times the stiffness of the cells
@@ -279,6 +281,7 @@ impl Body {
                 balance.work[1] += dot(force, &u);
                 balance.work[2] += dot(force, &u).abs();
             }
+            balance.applied += dot(&applied, &applied).sqrt();
             (0..3).for_each(|c| balance.reaction[c] += reaction[c]);
         }
     }

@@ -90,6 +90,7 @@ impl System {
             let (interior, s) =
                 SchurFactor::new(group, &matrix, &indices, &setting.prefix).map_err(failed)?;
             cost.add(|c| c.factor += start.elapsed().as_secs_f64());
+            let _stage = Stage::Condense.enter();
             let start = Instant::now();
             let factor = match group.rank() {
                 0 => factor_interface(Symmetric::from_lower_rows(dofs.len(), s), split).map(Some),
@@ -202,6 +203,7 @@ impl System {
         if size == 0.0 {
             return Ok(dofs.iter().map(|&dof| b[dof]).collect());
         }
+        let _stage = Stage::Condense.enter();
         let start = Instant::now();
         let condensed = interior.reduce(group, b)?;
         self.cost.add(|c| c.condense += start.elapsed().as_secs_f64());

@@ -131,11 +131,12 @@ pub(super) fn probe(fields: &Fields<'_>, bodies: &[NamedBody<'_>]) -> Option<Pro
 /// Reads `[output]`; every key has a default.
 pub(super) fn output(case: &Fields<'_>) -> OutputCase {
     use StressComponent::*;
-    let mut output = OutputCase { component: Yy, magnification: None, window: None };
+    let mut output = OutputCase { component: Yy, magnification: None, window: None, every_estimate: false };
     if let Some(fields) = case.table("output") {
         output.component = fields.choice("stress").map_or(Yy, |choice| [Xx, Yy, Zz, Xy, VonMises][choice]);
         output.magnification = fields.number_if("magnification", |value| value >= 0.0, "must be >= 0");
         output.window = window(&fields);
+        output.every_estimate = fields.choice("estimate") == Some(1);
     }
     output
 }

@@ -370,6 +370,8 @@ pub struct OutputCase {
     pub magnification: Option<f64>,
     /// Region to draw (lower, upper corner); `None`: everything.
     pub window: Option<[[f64; 2]; 2]>,
+    /// Whether the error is estimated for every load step, not only for the last.
+    pub every_estimate: bool,
 }
 
 /// A stress component or invariant.

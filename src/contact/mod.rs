@@ -25,3 +25,4 @@ pub use search::Projection;
 pub use surface::Surface;
 
 pub(crate) use crate::vector;
+pub(crate) use search::Search;

@@ -60,6 +60,19 @@ impl Surface {
         norm(&sub(&self.points[ends[1] as usize], &self.points[ends[0] as usize]))
     }
 
+    /// Length of a surface that closes on itself, in one chain, m; `None`: it has ends.
+    pub fn closed_length(&self) -> Option<f64> {
+        let n = self.facets.len();
+        let closes = (0..n).all(|f| self.facets[f][1] == self.facets[(f + 1) % n][0]);
+        let length = |facet: &Vec<u32>| {
+            // As `s` is measured: by way of the mid-side node.
+            let way = [&facet[..1], &facet[2..], &facet[1..2]].concat();
+            let points: Vec<[f64; 3]> = way.iter().map(|&i| self.points[i as usize]).collect();
+            points.windows(2).map(|p| norm(&sub(&p[1], &p[0]))).sum::<f64>()
+        };
+        (n > 1 && closes).then(|| self.facets.iter().map(length).sum())
+    }
+
     /// How far apart points of the surface lie, m, the same in every frame: the distance from the point furthest from the
     /// first one to the point furthest from that.
     pub fn extent(&self) -> f64 {

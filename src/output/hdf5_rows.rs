@@ -1,16 +1,19 @@
 //! The file's structure, which rank 0 makes with HDF5, and the rows of its datasets, which every rank then puts
 //! into their place in the file.
 //!
-//! The datasets are contiguous, so that HDF5 can say where they begin. Collective writes through MPI-IO would do
-//! the same, but one rank's failure in the middle of them (a full disk) can leave the others waiting for ever.
-use super::hdf5_text::string_attribute;
+//! The datasets are contiguous, or in chunks that are not compressed, so that HDF5 can say where their rows are.
+//! Collective writes through MPI-IO would do the same, but one rank's failure in the middle of them (a full disk) can leave
+//! the others waiting for ever.
+use super::hdf5_text::{string_attribute, wide_string_attribute};
 use crate::error::{Error, Result};
 use hdf5::plist::dataset_create::{AllocTime, FillTime, Layout};
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, Extents, Group, H5Type};
+use hdf5_sys::h5d::H5Dget_chunk_info_by_coord;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 use std::borrow::Cow;
+use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
@@ -18,9 +21,13 @@ use std::path::Path;
 pub(super) struct Place(pub Option<Group>);
 
 impl Place {
-    /// Creates a group in this one.
+    /// A group in this one, created if it is not there.
     pub fn group(&self, name: &str) -> Result<Place> {
-        Ok(Place(self.0.as_ref().map(|group| group.create_group(name)).transpose()?))
+        let get = |group: &Group| match group.link_exists(name) {
+            true => group.group(name),
+            false => group.create_group(name),
+        };
+        Ok(Place(self.0.as_ref().map(get).transpose()?))
     }
 
     /// Creates an attribute of a text.
@@ -28,10 +35,16 @@ impl Place {
         self.0.as_ref().map_or(Ok(()), |group| string_attribute(group, name, value))
     }
 
-    /// Creates an attribute of a number.
+    /// The same with room for `width` bytes; one that is there is written over.
+    pub fn wide_text(&self, name: &str, value: &str, width: usize) -> Result<()> {
+        self.0.as_ref().map_or(Ok(()), |group| wide_string_attribute(group, name, value, width))
+    }
+
+    /// An attribute of a number, created if it is not there.
     pub fn number<T: H5Type>(&self, name: &str, value: T) -> Result<()> {
         let Some(group) = &self.0 else { return Ok(()) };
-        Ok(group.new_attr::<T>().create(name)?.write_scalar(&value)?)
+        let attribute = group.attr(name).or_else(|_| group.new_attr::<T>().create(name))?;
+        Ok(attribute.write_scalar(&value)?)
     }
 
     /// Creates an attribute of several numbers.
@@ -40,9 +53,12 @@ impl Place {
         Ok(group.new_attr::<T>().shape(values.len()).create(name)?.write_raw(values)?)
     }
 
-    /// A second name for what has one.
-    pub fn link(&self, target: &str, name: &str) -> Result<()> {
-        self.0.as_ref().map_or(Ok(()), |group| Ok(group.link_hard(target, name)?))
+    /// Takes the name from what has it, if anything has.
+    pub fn unlink(&self, name: &str) -> Result<()> {
+        match &self.0 {
+            Some(group) if group.link_exists(name) => Ok(group.unlink(name)?),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -74,7 +90,12 @@ pub(super) enum Values<'a> {
 impl Values<'_> {
     /// Texts of any length.
     pub fn text(texts: &[impl AsRef<str>]) -> Self {
-        let width = texts.iter().map(|t| t.as_ref().len()).max().unwrap_or(0).max(1);
+        Self::text_within(texts, texts.iter().map(|t| t.as_ref().len()).max().unwrap_or(0))
+    }
+
+    /// Texts of at most `width` bytes; HDF5 has no strings of length 0.
+    pub fn text_within(texts: &[impl AsRef<str>], width: usize) -> Self {
+        let width = width.max(1);
         let mut bytes = Vec::new();
         for (i, text) in texts.iter().enumerate() {
             bytes.extend_from_slice(text.as_ref().as_bytes());
@@ -117,62 +138,106 @@ impl Values<'_> {
     }
 }
 
+/// How a dataset grows: by the rows of a write at a time, after those that it has.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grown {
+    /// Rows it has.
+    pub from: usize,
+    /// Rows that are given a place in the file at a time: what is not written of them takes none on the disk. As long as a
+    /// dataset stays within them, all that changes of the file's structure is its length.
+    pub chunk: usize,
+}
+
 /// Datasets that wait for their rows. Every rank has the same ones in the same order.
 #[derive(Default)]
 pub(super) struct Plan<'a> {
     rows: Vec<Rows<'a>>,
-    /// Where the dataset of each begins in the file; on ranks other than 0 known after [`Plan::locate`].
+    pieces: Vec<Piece>,
+    /// Where each piece begins in the file; on ranks other than 0 known after [`Plan::locate`].
     offsets: Vec<u64>,
-    /// Bytes of the file, nearly: those of the rows of all ranks, and what HDF5 needs beside them.
+    /// Bytes of this write, nearly: those of the rows of all ranks, and what HDF5 needs beside them.
     pub length: u64,
+    /// Bytes by which the file becomes longer, holes included.
+    pub span: u64,
+}
+
+/// Rows of a write that are together in the file, counted over all ranks.
+struct Piece {
+    /// Index of the rows.
+    of: usize,
+    range: Range<usize>,
 }
 
 impl<'a> Plan<'a> {
-    /// Creates a dataset with a `unit` attribute, if it has a unit.
+    /// A dataset with a `unit` attribute, if it has a unit; one that is there keeps its place and is written over.
     pub fn add(&mut self, group: &Place, name: &str, unit: Option<&str>, rows: Rows<'a>) -> Result<()> {
-        self.add_blocks(group, name, unit, vec![rows])
-    }
-
-    /// Creates a dataset that is filled in several writes, one after the other: at least one, all of the same type
-    /// and the same total.
-    pub fn add_blocks(
-        &mut self,
-        group: &Place,
-        name: &str,
-        unit: Option<&str>,
-        blocks: Vec<Rows<'a>>,
-    ) -> Result<()> {
-        let Some(first) = blocks.first() else { return Ok(()) };
-        let offset = self.create(group, name, unit, first, first.columns > 1)?;
-        self.offsets.extend(blocks.iter().map(|_| offset));
-        self.rows.extend(blocks);
-        Ok(())
-    }
-
-    /// Creates a dataset of two dimensions, even for one column.
-    pub fn add_table(&mut self, group: &Place, name: &str, rows: Rows<'a>) -> Result<()> {
-        let offset = self.create(group, name, None, &rows, true)?;
+        // HDF5 describes a dataset in half a kilobyte and keeps its names in larger blocks.
+        let length = (rows.total * rows.columns * rows.values.datatype().size() + 2048) as u64;
+        (self.length, self.span) = (self.length + length, self.span + length);
+        let offset = match &group.0 {
+            None => 0,
+            Some(group) if group.link_exists(name) => place(&group.dataset(name)?)?,
+            Some(group) if rows.columns > 1 => {
+                create(group, name, unit, &rows.values, (rows.total, rows.columns), None)?
+            }
+            Some(group) => create(group, name, unit, &rows.values, rows.total, None)?,
+        };
+        self.pieces.push(Piece { of: self.rows.len(), range: 0..rows.total });
         self.offsets.push(offset);
         self.rows.push(rows);
         Ok(())
     }
 
-    fn create(
+    /// A dataset that has a row for each row of every write, `table`: of two dimensions even for one column.
+    pub fn grow(
         &mut self,
         group: &Place,
         name: &str,
         unit: Option<&str>,
-        rows: &Rows,
+        rows: Rows<'a>,
+        grown: Grown,
         table: bool,
-    ) -> Result<u64> {
-        let Rows { total, columns, ref values, .. } = *rows;
-        // HDF5 describes a dataset in half a kilobyte and keeps its names in larger blocks.
-        self.length += (total * columns * values.datatype().size() + 2048) as u64;
-        match &group.0 {
-            None => Ok(0),
-            Some(group) if table => create(group, name, unit, values, (total, columns)),
-            Some(group) => create(group, name, unit, values, total),
+    ) -> Result<()> {
+        let Rows { total, columns, ref values, .. } = rows;
+        let row = columns * values.datatype().size();
+        // Chunks are no longer than HDF5 allows, and hold whole writes where these are all alike.
+        let most = (LARGEST_CHUNK / row.max(1)) / total.max(1) * total.max(1);
+        let chunk = grown.chunk.min(most).max(total).max(1);
+        let end = grown.from + total;
+        let new = end.div_ceil(chunk) - grown.from.div_ceil(chunk);
+        self.length += (total * row + 2048) as u64;
+        self.span += (new * chunk * row + 2048) as u64;
+        let dataset = match &group.0 {
+            None => None,
+            Some(group) if group.link_exists(name) => {
+                let dataset = group.dataset(name)?;
+                match table || columns > 1 {
+                    true => dataset.resize((end, columns))?,
+                    false => dataset.resize(end)?,
+                }
+                Some(dataset)
+            }
+            Some(group) => {
+                let chunk = Some(chunk);
+                match table || columns > 1 {
+                    true => create(group, name, unit, values, (end.., columns), chunk)?,
+                    false => create(group, name, unit, values, end.., chunk)?,
+                };
+                Some(group.dataset(name)?)
+            }
+        };
+        let mut first = grown.from;
+        while first < end {
+            let begin = first / chunk * chunk;
+            let next = end.min(begin + chunk);
+            let dimensions = if table || columns > 1 { 2 } else { 1 };
+            let offset = dataset.as_ref().map_or(Ok(0), |dataset| chunk_place(dataset, begin, dimensions))?;
+            self.offsets.push(offset + ((first - begin) * row) as u64);
+            self.pieces.push(Piece { of: self.rows.len(), range: first - grown.from..next - grown.from });
+            first = next;
         }
+        self.rows.push(rows);
+        Ok(())
     }
 
     /// Collective. Tells all ranks where the datasets are.
@@ -183,33 +248,75 @@ impl<'a> Plan<'a> {
     /// Puts this rank's rows into the file, whose structure is complete, and on the disk.
     pub fn write(&self, path: &Path) -> std::io::Result<()> {
         let file = std::fs::OpenOptions::new().write(true).open(path)?;
-        for (rows, offset) in std::iter::zip(&self.rows, &self.offsets) {
-            let before = rows.start * rows.columns * rows.values.datatype().size();
-            file.write_all_at(rows.values.bytes(), offset + before as u64)?;
+        for (piece, offset) in std::iter::zip(&self.pieces, &self.offsets) {
+            let Rows { start, columns, values, .. } = &self.rows[piece.of];
+            let row = columns * values.datatype().size();
+            let own = values.bytes().len() / row.max(1);
+            let (first, end) = ((*start).max(piece.range.start), (start + own).min(piece.range.end));
+            if first < end {
+                let bytes = &values.bytes()[(first - start) * row..(end - start) * row];
+                file.write_all_at(bytes, offset + ((first - piece.range.start) * row) as u64)?;
+            }
         }
         // Some file systems report a full disk no sooner than this.
         file.sync_all()
     }
 }
 
-/// Creates a dataset and takes its space in the file; gives the place of its first byte.
+/// Bytes of a chunk: HDF5 allows four gigabytes, less one.
+const LARGEST_CHUNK: usize = 1 << 31;
+
+/// Creates a dataset, of unlimited length if it has chunks of `chunk` rows, and takes its space in the file; gives the place
+/// of its first byte, of one without chunks.
 fn create(
     group: &Group,
     name: &str,
     unit: Option<&str>,
     values: &Values,
     shape: impl Into<Extents>,
+    chunk: Option<usize>,
 ) -> Result<u64> {
-    let builder = group.new_dataset_builder().empty_as(values.datatype()).shape(shape);
-    let builder = builder.layout(Layout::Contiguous).fill_time(FillTime::Never);
-    let dataset: Dataset = builder.alloc_time(Some(AllocTime::Early)).create(name)?;
+    let shape = shape.into();
+    let builder = group.new_dataset_builder().empty_as(values.datatype()).shape(shape.clone());
+    let builder = builder.fill_time(FillTime::Never).alloc_time(Some(AllocTime::Early));
+    let dataset: Dataset = match (chunk, shape.dims().get(1)) {
+        (None, _) => builder.layout(Layout::Contiguous).create(name)?,
+        (Some(rows), None) => builder.chunk(rows).create(name)?,
+        (Some(rows), Some(&columns)) => builder.chunk((rows, columns)).create(name)?,
+    };
     if let Some(unit) = unit {
         string_attribute(&dataset, "unit", unit)?;
     }
+    if chunk.is_some() { Ok(0) } else { place(&dataset) }
+}
+
+/// Where a dataset without chunks begins in the file.
+fn place(dataset: &Dataset) -> Result<u64> {
     match dataset.offset() {
         Some(offset) => Ok(offset),
         // Nothing will be written there.
         None if dataset.size() == 0 => Ok(0),
-        None => Err(Error::internal(format!("HDF5: {} has no place in the file", dataset.name()))),
+        None => Err(nowhere(dataset)),
     }
+}
+
+/// Where the chunk that begins with a row is in the file.
+fn chunk_place(dataset: &Dataset, row: usize, dimensions: usize) -> Result<u64> {
+    let coordinates = [row as u64, 0];
+    let (mut filters, mut place, mut size) = (0, u64::MAX, 0);
+    // SAFETY: `coordinates` has at least as many numbers as the dataset has dimensions.
+    let code = hdf5::sync::sync(|| unsafe {
+        H5Dget_chunk_info_by_coord(
+            dataset.id(),
+            coordinates[..dimensions].as_ptr(),
+            &mut filters,
+            &mut place,
+            &mut size,
+        )
+    });
+    if code < 0 || place == u64::MAX { Err(nowhere(dataset)) } else { Ok(place) }
+}
+
+fn nowhere(dataset: &Dataset) -> Error {
+    Error::internal(format!("HDF5: {} has no place in the file", dataset.name()))
 }

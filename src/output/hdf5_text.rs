@@ -5,10 +5,20 @@ use std::ffi::CString;
 
 /// A string attribute of fixed length (VTK's readers do not take others).
 pub(super) fn string_attribute(object: &hdf5::Location, name: &str, value: &str) -> Result<()> {
+    wide_string_attribute(object, name, value, value.len())
+}
+
+/// The same with room for `width` bytes. An attribute that is there is written over in place, if it has as much.
+pub(super) fn wide_string_attribute(
+    object: &hdf5::Location,
+    name: &str,
+    value: &str,
+    width: usize,
+) -> Result<()> {
     let name = c_string(name)?;
     // HDF5 has no strings of length 0: pad with NUL.
     let mut bytes = value.as_bytes().to_vec();
-    bytes.resize(bytes.len().max(1), 0);
+    bytes.resize(width.max(bytes.len()).max(1), 0);
     let charset = if value.is_ascii() { H5T_cset_t::H5T_CSET_ASCII } else { H5T_cset_t::H5T_CSET_UTF8 };
     // SAFETY: `bytes` is as long as the string type says.
     hdf5::sync::sync(|| unsafe {
@@ -17,6 +27,11 @@ pub(super) fn string_attribute(object: &hdf5::Location, name: &str, value: &str)
         check(H5Tset_strpad(kind.0, H5T_str_t::H5T_STR_NULLPAD), "H5Tset_strpad")?;
         check(H5Tset_cset(kind.0, charset), "H5Tset_cset")?;
         let space = Handle::new(H5Screate(H5S_class_t::H5S_SCALAR), H5Sclose, "H5Screate")?;
+        if H5Aexists(object.id(), name.as_ptr()) > 0 {
+            let attribute = H5Aopen(object.id(), name.as_ptr(), H5P_DEFAULT);
+            let attribute = Handle::new(attribute, H5Aclose, "H5Aopen")?;
+            return check(H5Awrite(attribute.0, kind.0, bytes.as_ptr().cast()), "H5Awrite");
+        }
         let attribute = H5Acreate2(object.id(), name.as_ptr(), kind.0, space.0, H5P_DEFAULT, H5P_DEFAULT);
         let attribute = Handle::new(attribute, H5Aclose, "H5Acreate2")?;
         check(H5Awrite(attribute.0, kind.0, bytes.as_ptr().cast()), "H5Awrite")

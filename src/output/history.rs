@@ -1,5 +1,5 @@
 //! The group `/history`: a row per alternation, and the same per contact pair in `/history/pairs/<pair>`.
-use super::hdf5_rows::{Place, Plan, Rows, Values};
+use super::hdf5_rows::{Grown, Place, Plan, Rows, Values};
 use super::spread::Spread;
 use super::tables::group_name;
 use super::{ResultFile, RunInfo};
@@ -48,7 +48,10 @@ const PAIR_REALS: [Real<PairRow>; 4] = [
 const PAIR_COUNTS: [Count<PairRow>; 3] =
     [("active", |row| row.active), ("open", |row| row.open), ("flips", |row| row.flips)];
 
-/// Creates `/history` from the rows of rank 0. The column `step` is there if the case has steps.
+/// Rows that a file of load steps has room for at a time: some thousand alternations fit into a few hundred kilobytes.
+const CHUNK: usize = 4096;
+
+/// Creates `/history` from the rows of rank 0, or adds to it. The column `step` is there if the case has steps.
 pub(super) fn create<'a>(
     spread: &Spread,
     file: &Place,
@@ -59,7 +62,8 @@ pub(super) fn create<'a>(
     let own = spread.on_first(history);
     let total = spread.history;
     let group = file.group("history")?;
-    let columns = Columns { group: &group, own: own.iter().collect(), total, run };
+    let grown = spread.growth.map(|growth| Grown { from: growth.history, chunk: CHUNK });
+    let columns = Columns { group: &group, own: own.iter().collect(), total, run, grown };
     if run.steps.is_some() {
         columns.add(plan, &[], &[("step", |row: &HistoryRow| row.step)])?;
     }
@@ -70,9 +74,11 @@ pub(super) fn create<'a>(
     let all = group.group("pairs")?;
     for (p, pair) in pairs.iter().enumerate() {
         let group = all.group(&group_name(&pair.name))?;
-        group.text("name", &pair.name)?;
+        if spread.is_first() {
+            group.text("name", &pair.name)?;
+        }
         let own = own.iter().map(|row| &row.pairs[p]).collect();
-        Columns { group: &group, own, total, run }.add(plan, &PAIR_REALS, &PAIR_COUNTS)?;
+        Columns { group: &group, own, total, run, grown }.add(plan, &PAIR_REALS, &PAIR_COUNTS)?;
     }
     Ok(())
 }
@@ -83,27 +89,39 @@ struct Columns<'a, 'b, T> {
     own: Vec<&'b T>,
     total: usize,
     run: &'a RunInfo,
+    grown: Option<Grown>,
 }
 
 impl<T> Columns<'_, '_, T> {
     fn add(&self, plan: &mut Plan, reals: &[Real<T>], counts: &[Count<T>]) -> Result<()> {
-        let rows = |values| Rows { start: 0, total: self.total, columns: 1, values };
+        let mut add = |name: &str, unit: &'static str, values| {
+            let (unit, rows) =
+                (Some(self.run.unit(unit)), Rows { start: 0, total: self.total, columns: 1, values });
+            match self.grown {
+                Some(grown) => plan.grow(self.group, name, unit, rows, grown, false),
+                None => plan.add(self.group, name, unit, rows),
+            }
+        };
         for (name, unit, column) in reals {
             let values = self.own.iter().map(|row| column(row)).collect::<Cow<_>>();
-            plan.add(self.group, name, Some(self.run.unit(unit)), rows(Values::F64(values)))?;
+            add(name, unit, Values::F64(values))?;
         }
         for (name, column) in counts {
             let values = self.own.iter().map(|row| column(row) as i64).collect::<Cow<_>>();
-            plan.add(self.group, name, Some(self.run.unit("-")), rows(Values::I64(values)))?;
+            add(name, "-", Values::I64(values))?;
         }
         Ok(())
     }
 }
 
-/// Reads what [`create`] wrote; the rows of pairs in the order of `pairs`.
-pub(super) fn read(group: &Group, pairs: &[PairTables], stepped: bool) -> Result<Vec<HistoryRow>> {
-    let n = group.dataset("alternation")?.size();
-    let steps = if stepped { column::<u64>(group, "step", n)? } else { vec![1; n] };
+/// Reads what [`create`] wrote, up to the last of `steps`; the rows of pairs in the order of `pairs`.
+pub(super) fn read(group: &Group, pairs: &[PairTables], steps: Option<usize>) -> Result<Vec<HistoryRow>> {
+    let mut n = group.dataset("alternation")?.size();
+    let mut step = vec![1; n];
+    if let Some(last) = steps {
+        step = group.dataset("step")?.read_raw::<u64>()?;
+        n = step.iter().take_while(|&&step| step <= last as u64).count();
+    }
     let count = |name| column::<u64>(group, name, n);
     let real = |name| column::<f64>(group, name, n);
     let (alternation, update) = (count("alternation")?, count("update")?);
@@ -119,7 +137,7 @@ pub(super) fn read(group: &Group, pairs: &[PairTables], stepped: bool) -> Result
         Err(_) => Vec::new(),
     };
     let row = |i: usize| HistoryRow {
-        step: steps[i],
+        step: step[i],
         alternation: alternation[i],
         update: update[i],
         displacement_jump: jump[i],
@@ -155,8 +173,10 @@ fn read_pair(group: &Group, n: usize) -> Result<Vec<PairRow>> {
 }
 
 fn column<T: H5Type>(group: &Group, name: &str, n: usize) -> Result<Vec<T>> {
-    let values = group.dataset(name)?.read_raw()?;
-    if values.len() == n {
+    let mut values = group.dataset(name)?.read_raw()?;
+    // A run that was killed may have begun to write a step.
+    if values.len() >= n {
+        values.truncate(n);
         Ok(values)
     } else {
         Err(Error::input("the columns of the history differ in length"))

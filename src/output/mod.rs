@@ -1,7 +1,7 @@
 //! What a run leaves behind: `result.vtkhdf`, `summary.json`, pictures.
 //!
-//! All ranks call [`prepare`] before anything is computed and [`write()`] when it is; then rank 0 draws the
-//! pictures from the file and writes the [`Summary`], last of all.
+//! All ranks call [`prepare`] before anything is computed, and [`write()`] when it is, or with load steps
+//! [`Growing::append`] after each; then rank 0 draws the pictures from the file and writes the [`Summary`], last of all.
 use crate::{
     error::{Error, Result},
     record::Summary,
@@ -23,7 +23,7 @@ mod steps;
 mod tables;
 mod vtkhdf;
 
-pub use file::write;
+pub use file::{Growing, write};
 pub(crate) use file::{file_options, write_complete};
 pub use folder::Folder;
 pub(crate) use folder::Lock;

@@ -19,48 +19,64 @@ pub struct Results {
     pub partitions: Vec<[usize; 2]>,
     /// The contact pairs after the last step, both sides present; one that no rank held has no nodes.
     pub pairs: Vec<PairTables>,
-    /// What was found in the steps before the last.
+    /// What was found in the steps before the last; without the fields if only the last step's were read.
     pub before: Vec<State>,
     /// The alternations.
     pub history: Vec<HistoryRow>,
     /// What was run.
     pub run: RunInfo,
+    /// False if the run was ended before its last load step: what there is of it is sound.
+    pub complete: bool,
 }
 
 impl Results {
     /// Reads a file. Not collective.
     pub fn read(path: &Path) -> Result<Self> {
+        Self::open(path, true)
+    }
+
+    /// Reads a file, but of all fields only those of the last step: they need as much memory for any number of steps. Not
+    /// collective.
+    pub fn read_last(path: &Path) -> Result<Self> {
+        Self::open(path, false)
+    }
+
+    fn open(path: &Path, all_fields: bool) -> Result<Self> {
         let wrong =
             |e: Error| Error::input(format!("{} is not a result file of kontakt: {e}", path.display()));
         let file = file_options()
             .open(path)
             .map_err(|e| Error::input(format!("cannot read {}: {e}", path.display())))?;
-        Self::from_file(&file).map_err(wrong)
+        Self::from_file(&file, all_fields).map_err(wrong)
     }
 
-    fn from_file(file: &File) -> Result<Self> {
-        let run =
-            RunInfo { steps: steps::read(file)?, rigid: read_rigid(file)?, ..read_run(&file.group("run")?)? };
-        let n_steps = run.steps.as_ref().map_or(1, Vec::len);
-        let (piece, partitions, fields) = read_grid(&file.group("VTKHDF")?, n_steps)?;
+    fn from_file(file: &File, all_fields: bool) -> Result<Self> {
+        let of_run = file.group("run")?;
+        let run = RunInfo { steps: steps::read(file)?, rigid: read_rigid(file)?, ..read_run(&of_run)? };
+        let complete = of_run.attr("complete")?.read_scalar::<u8>()? != 0;
+        let n_steps = run.steps.as_ref().map(Vec::len);
+        let last = n_steps.unwrap_or(1) - 1;
+        let vtk = file.group("VTKHDF")?;
+        let (mut piece, partitions) = read_grid(&vtk)?;
+        [piece.point_fields, piece.cell_fields] = read_state(&vtk, &piece, last)?;
         let contact = file.group("contact")?.groups()?;
-        let pairs = contact.iter().map(|group| read_pair(group, None)).collect::<Result<Vec<_>>>()?;
+        let pairs = |step| contact.iter().map(|group| read_pair(group, step)).collect::<Result<Vec<_>>>();
         let mut before = Vec::new();
-        for (k, [point_fields, cell_fields]) in fields.into_iter().enumerate() {
-            let pairs = contact.iter().map(|group| read_pair(group, Some(k + 1))).collect::<Result<_>>()?;
-            before.push(State { point_fields, cell_fields, pairs });
+        for k in 0..last {
+            let [point_fields, cell_fields] =
+                if all_fields { read_state(&vtk, &piece, k)? } else { Default::default() };
+            before.push(State { point_fields, cell_fields, pairs: pairs(Some(k + 1))? });
         }
-        let history = history::read(&file.group("history")?, &pairs, run.steps.is_some())?;
-        ResultFile { piece: &piece, pairs: &pairs, before: &before, history: &history, run: &run }.check()?;
-        Ok(Results { piece, partitions, pairs, before, history, run })
+        // The columns beside those of the steps may be of a step that is not complete.
+        let pairs = pairs(n_steps)?;
+        let history = history::read(&file.group("history")?, &pairs, n_steps)?;
+        ResultFile { piece: &piece, pairs: &pairs, history: &history, run: &run }.check()?;
+        Ok(Results { piece, partitions, pairs, before, history, run, complete })
     }
 }
 
-/// Nodal and cell fields after a step.
-type Fields = [Vec<Field>; 2];
-
-/// The grid with the fields of the last step, the partitions, and the fields of the steps before.
-fn read_grid(group: &Group, n_steps: usize) -> Result<(Piece, Vec<[usize; 2]>, Vec<Fields>)> {
+/// The grid without fields, and the partitions.
+fn read_grid(group: &Group) -> Result<(Piece, Vec<[usize; 2]>)> {
     let n_points = group.dataset("NumberOfPoints")?.read_raw::<u64>()?;
     let n_cells = group.dataset("NumberOfCells")?.read_raw::<u64>()?;
     let n_connectivity = group.dataset("NumberOfConnectivityIds")?.read_raw::<u64>()?;
@@ -85,14 +101,16 @@ fn read_grid(group: &Group, n_steps: usize) -> Result<(Piece, Vec<[usize; 2]>, V
         first_point += n_points as usize;
         first_node = end;
     }
-    let cell_data = group.group("CellData")?;
-    let point_fields = read_fields(&group.group("PointData")?, n_steps)?;
-    let cell_fields = read_fields(&cell_data, n_steps)?;
-    let mut fields: Vec<Fields> =
-        std::iter::zip(point_fields, cell_fields).map(|(points, cells)| [points, cells]).collect();
-    let [point_fields, cell_fields] = fields.pop().unwrap_or_default();
-    let cell_bodies = cell_data.dataset("body")?.read_raw()?;
-    Ok((Piece { points, cells, cell_bodies, point_fields, cell_fields }, partitions, fields))
+    let cell_bodies = group.dataset("CellData/body")?.read_raw()?;
+    Ok((Piece { points, cells, cell_bodies, ..Piece::default() }, partitions))
+}
+
+/// Nodal and cell fields after step `k`, 0 the first.
+fn read_state(group: &Group, piece: &Piece, k: usize) -> Result<[Vec<Field>; 2]> {
+    Ok([
+        read_fields(&group.group("PointData")?, piece.points.len(), k)?,
+        read_fields(&group.group("CellData")?, piece.cells.len(), k)?,
+    ])
 }
 
 /// A cell, its nodes counted from the first of all points, and the nodes after it.
@@ -114,23 +132,24 @@ fn read_vectors(dataset: &Dataset) -> Result<Vec<[f64; 3]>> {
     Ok(vectors.to_vec())
 }
 
-/// The fields of a group after each step: every dataset with a unit, in alphabetical order.
-fn read_fields(group: &Group, n_steps: usize) -> Result<Vec<Vec<Field>>> {
-    const UNITS: [&str; 5] = ["m", "Pa", "K", "N", "-"];
-    let mut steps = vec![Vec::new(); n_steps];
+/// The fields of a group after step `k`, `rows` of each: every dataset with a unit, in alphabetical order.
+fn read_fields(group: &Group, rows: usize, k: usize) -> Result<Vec<Field>> {
+    const UNITS: [&str; 6] = ["m", "Pa", "K", "N", "J/m3", "-"];
+    let mut fields = Vec::new();
     for dataset in group.datasets()? {
         let Ok(unit) = read_string_attribute(&dataset, "unit") else { continue };
         let unit = UNITS.into_iter().find(|known| *known == unit).unwrap_or("");
         let name = dataset.name().rsplit('/').next().unwrap_or_default().to_owned();
+        let range = k * rows..(k + 1) * rows;
         let components = dataset.shape().get(1).copied().unwrap_or(1);
-        let values = dataset.read_raw::<f64>()?;
-        let length = values.len() / n_steps;
-        for (k, fields) in steps.iter_mut().enumerate() {
-            let values = values[k * length..(k + 1) * length].to_vec();
-            fields.push(Field { name: name.clone(), unit, components, values });
-        }
+        let values = match dataset.ndim() {
+            _ if rows == 0 => Vec::new(),
+            1 => dataset.read_slice_1d::<f64, _>(range)?.into_raw_vec_and_offset().0,
+            _ => dataset.read_slice_2d::<f64, _>((range, ..))?.into_raw_vec_and_offset().0,
+        };
+        fields.push(Field { name, unit, components, values });
     }
-    Ok(steps)
+    Ok(fields)
 }
 
 fn read_rigid(file: &File) -> Result<Vec<Outline>> {
@@ -171,6 +190,8 @@ fn read_side(group: &Group, step: Option<usize>) -> Result<SideTable> {
         pressure: read(&state, "pressure")?,
         force: read_vectors(&state.dataset("force")?)?,
         status: read(&state, "status")?,
+        multipliers: group.attr("multipliers")?.read_scalar::<u8>()? != 0,
+        closed: group.attr("closed").ok().map(|length| length.read_scalar()).transpose()?,
     })
 }
 

@@ -106,22 +106,20 @@ impl RunInfo {
     }
 }
 
-/// Everything that goes into the result file.
+/// What goes into the result file: everything, or with a table of load steps what the last one of it adds.
 #[derive(Debug, Clone, Copy)]
 pub struct ResultFile<'a> {
     /// This rank's part of the bodies, with the fields of the last step.
     pub piece: &'a Piece,
     /// The contact pairs after the last step.
     pub pairs: &'a [PairTables],
-    /// What was found in the steps before the last: one fewer than `run.steps`; none without a table of steps.
-    pub before: &'a [State],
-    /// The alternations; only rank 0's are written.
+    /// The alternations, of the last step if there is a table of steps; only rank 0's are written.
     pub history: &'a [HistoryRow],
     /// What was run.
     pub run: &'a RunInfo,
 }
 
-impl<'a> ResultFile<'a> {
+impl ResultFile<'_> {
     /// Refuses arrays whose lengths do not fit together: others' rows would be overwritten.
     pub(super) fn check(&self) -> Result<()> {
         let Piece { points, cells, cell_bodies, point_fields, cell_fields } = self.piece;
@@ -134,28 +132,12 @@ impl<'a> ResultFile<'a> {
             let fits = pair.sides.iter().flatten().all(SideTable::is_consistent);
             ok(fits, || format!("the columns of contact pair \"{}\" differ in length", pair.name))?;
         }
-        let steps = self.run.steps.as_ref().map_or(1, Vec::len);
-        ok(steps == self.before.len() + 1, || "every step of the table needs its results".into())?;
-        for state in self.before {
-            check_fields(&state.point_fields, points.len())?;
-            check_fields(&state.cell_fields, cells.len())?;
-            let same = same_fields(&state.point_fields, point_fields)
-                && same_fields(&state.cell_fields, cell_fields)
-                && same_tables(&state.pairs, self.pairs);
-            ok(same, || "the steps differ in fields or in contact tables".into())?;
-        }
         for row in self.history {
             let fits = [0, self.pairs.len()].contains(&row.pairs.len())
                 && row.pairs.len() == self.history[0].pairs.len();
             ok(fits, || "the history needs a row for every pair, or for none".into())?;
         }
         Ok(())
-    }
-
-    /// Contact pairs after every step, the last one last.
-    pub(super) fn pairs_of_steps(&self) -> impl Iterator<Item = &'a [PairTables]> {
-        let before = self.before.iter().map(|state| state.pairs.as_slice());
-        before.chain(std::iter::once(self.pairs))
     }
 
     /// All that must be the same on all ranks, as one text.
@@ -165,7 +147,17 @@ impl<'a> ResultFile<'a> {
         };
         let pairs: Vec<_> = self.pairs.iter().map(|p| (&p.name, &p.surfaces)).collect();
         let Piece { point_fields, cell_fields, .. } = self.piece;
-        format!("{:?}", (fields(point_fields), fields(cell_fields), pairs, self.before.len(), self.run))
+        format!("{:?}", (fields(point_fields), fields(cell_fields), pairs, self.run))
+    }
+
+    /// All that must be the same in all steps: the sizes of this rank's grid, fields and tables.
+    pub(super) fn shape(&self) -> String {
+        let Piece { points, cells, point_fields, cell_fields, .. } = self.piece;
+        let fields =
+            |fields: &[Field]| fields.iter().map(|f| (f.name.clone(), f.components)).collect::<Vec<_>>();
+        let lengths = |p: &PairTables| p.sides.each_ref().map(|side| side.as_ref().map(|t| t.s.len()));
+        let pairs: Vec<_> = self.pairs.iter().map(|p| (&p.name, lengths(p))).collect();
+        format!("{:?}", (points.len(), cells.len(), fields(point_fields), fields(cell_fields), pairs))
     }
 }
 
@@ -178,21 +170,4 @@ fn check_fields(fields: &[Field], n: usize) -> Result<()> {
         let fits = field.components > 0 && field.values.len() == field.components * n;
         ok(fits, || format!("field \"{}\" has the wrong length", field.name))
     })
-}
-
-fn same_fields(a: &[Field], b: &[Field]) -> bool {
-    let same = |(a, b): (&Field, &Field)| (&a.name, a.unit, a.components) == (&b.name, b.unit, b.components);
-    a.len() == b.len() && std::iter::zip(a, b).all(same)
-}
-
-/// The same pairs, with the tables of the same nodes.
-fn same_tables(a: &[PairTables], b: &[PairTables]) -> bool {
-    let side = |(a, b): (&Option<SideTable>, &Option<SideTable>)| match (a, b) {
-        (Some(a), Some(b)) => a.is_consistent() && a.s.len() == b.s.len(),
-        (a, b) => a.is_none() && b.is_none(),
-    };
-    let same = |(a, b): (&PairTables, &PairTables)| {
-        (&a.name, &a.surfaces) == (&b.name, &b.surfaces) && std::iter::zip(&a.sides, &b.sides).all(side)
-    };
-    a.len() == b.len() && std::iter::zip(a, b).all(same)
 }

@@ -1,83 +1,98 @@
 //! The load steps: `/VTKHDF/Steps`, by which ParaView plays them, and `/steps`, what acted in each.
 //!
 //! The grid is written once: every step starts at its first part, point and cell, and only the fields move on.
-use super::hdf5_rows::{Place, Plan, Values};
+use super::Piece;
+use super::hdf5_rows::{Grown, Place, Plan, Values};
 use super::hdf5_text::read_strings;
-use super::spread::Spread;
-use super::{Field, Piece};
+use super::spread::{Growth, Spread};
 use crate::error::{Error, Result};
 use crate::record::{LoadStep, Reason};
 use hdf5::File;
 
-/// Creates `Steps` in the group `/VTKHDF`.
-pub(super) fn create_time(
+/// Adds a step to `Steps` in the group `/VTKHDF`. The first is counted at once, those after it by [`count`].
+pub(super) fn add_time(
     spread: &Spread,
+    growth: Growth,
     vtkhdf: &Place,
     piece: &Piece,
-    n_steps: usize,
     plan: &mut Plan,
 ) -> Result<()> {
     let group = vtkhdf.group("Steps")?;
-    group.number("NSteps", n_steps as i64)?;
-    let times = (1..=n_steps).map(|k| k as f64).collect();
-    plan.add(&group, "Values", None, spread.rows_of_first(n_steps, Values::F64(times)))?;
-    // `stride` rows from one step to the next.
-    let starts = |stride: usize| {
-        spread.rows_of_first(n_steps, Values::I64((0..n_steps).map(|k| (k * stride) as i64).collect()))
-    };
-    let parts = Values::I64(vec![spread.size as i64; n_steps].into());
-    plan.add(&group, "NumberOfParts", None, spread.rows_of_first(n_steps, parts))?;
-    plan.add(&group, "PartOffsets", None, starts(0))?;
-    plan.add(&group, "PointOffsets", None, starts(0))?;
+    if growth.steps == 0 {
+        group.number("NSteps", 1i64)?;
+    }
+    let one = |value: i64| spread.rows_of_first(1, Values::I64(vec![value].into()));
+    let time = Values::F64(vec![(growth.steps + 1) as f64].into());
+    spread.add_by_step(plan, &group, "Values", None, spread.rows_of_first(1, time))?;
+    spread.add_by_step(plan, &group, "NumberOfParts", None, one(spread.size as i64))?;
+    spread.add_by_step(plan, &group, "PartOffsets", None, one(0))?;
+    spread.add_by_step(plan, &group, "PointOffsets", None, one(0))?;
     // A column per topology, of which an unstructured grid has one.
-    plan.add_table(&group, "CellOffsets", starts(0))?;
-    plan.add_table(&group, "ConnectivityIdOffsets", starts(0))?;
-    let mut offsets = |name: &str, fields: &[Field], stride: usize| {
-        let group = group.group(name)?;
-        fields.iter().try_for_each(|field| plan.add(&group, &field.name, None, starts(stride)))?;
-        Ok::<_, Error>(group)
+    let grown = Grown { from: growth.steps, chunk: growth.expected };
+    plan.grow(&group, "CellOffsets", None, one(0), grown, true)?;
+    plan.grow(&group, "ConnectivityIdOffsets", None, one(0), grown, true)?;
+    // `stride` rows from one step to the next.
+    let mut add = |group: &Place, name: &str, stride: usize| {
+        spread.add_by_step(plan, group, name, None, one((growth.steps * stride) as i64))
     };
-    offsets("PointDataOffsets", &piece.point_fields, spread.points.total)?;
-    let of_cells = offsets("CellDataOffsets", &piece.cell_fields, spread.cells.total)?;
-    let of_fields = offsets("FieldDataOffsets", &[], 0)?;
-    plan.add(&of_cells, "body", None, starts(0))?;
-    plan.add(&of_fields, "alternations", None, starts(1))?;
-    plan.add(&of_fields, "converged", None, starts(1))
+    let (of_points, of_cells) = (group.group("PointDataOffsets")?, group.group("CellDataOffsets")?);
+    piece.point_fields.iter().try_for_each(|f| add(&of_points, &f.name, spread.points.total))?;
+    piece.cell_fields.iter().try_for_each(|f| add(&of_cells, &f.name, spread.cells.total))?;
+    add(&of_cells, "body", 0)?;
+    let of_fields = group.group("FieldDataOffsets")?;
+    add(&of_fields, "alternations", 1)?;
+    add(&of_fields, "converged", 1)
 }
 
-/// Creates `/steps`: a row per step.
-pub(super) fn create_table(spread: &Spread, file: &Place, steps: &[LoadStep], plan: &mut Plan) -> Result<()> {
-    let group = file.group("steps")?;
-    let mut column = |name: &str, values: Values<'static>| {
-        plan.add(&group, name, None, spread.rows_of_first(steps.len(), values))
-    };
-    let names: Vec<_> = steps.iter().map(|step| step.name.as_deref().unwrap_or("")).collect();
-    let reasons: Vec<_> = steps.iter().map(|step| step.reason.name()).collect();
-    column("name", Values::text(&names))?;
-    column("reason", Values::text(&reasons))?;
-    column("loads", Values::F64(steps.iter().map(|step| step.loads).collect()))?;
-    column("supports", Values::F64(steps.iter().map(|step| step.supports).collect()))?;
-    column("temperature", Values::F64(steps.iter().map(|step| step.temperature).collect()))?;
-    column("converged", Values::U8(steps.iter().map(|step| u8::from(step.reason.converged())).collect()))?;
-    column("alternations", Values::I64(steps.iter().map(|step| step.alternations as i64).collect()))?;
-    column("updates", Values::I64(steps.iter().map(|step| step.updates as i64).collect()))
+/// Counts the steps of a file that has their results: what readers go by, and the last that is written of a step.
+pub(super) fn count(file: &Place, steps: usize) -> Result<()> {
+    file.group("VTKHDF")?.group("Steps")?.number("NSteps", steps as i64)
 }
 
-/// Reads `/steps`; `None` if the case had no table of them.
-pub(super) fn read(file: &File) -> Result<Option<Vec<LoadStep>>> {
+/// Steps that are counted; `None` without a table of steps.
+pub(super) fn counted(file: &File) -> Result<Option<usize>> {
     if !file.link_exists("steps") {
         return Ok(None);
     }
+    let steps: i64 = file.group("VTKHDF/Steps")?.attr("NSteps")?.read_scalar()?;
+    usize::try_from(steps).ok().filter(|n| *n > 0).map(Some).ok_or_else(|| Error::input("there are no steps"))
+}
+
+/// Adds a step to `/steps`.
+pub(super) fn add_row(
+    spread: &Spread,
+    growth: Growth,
+    file: &Place,
+    step: &LoadStep,
+    plan: &mut Plan,
+) -> Result<()> {
+    let group = file.group("steps")?;
+    let mut column = |name: &str, values: Values<'static>| {
+        spread.add_by_step(plan, &group, name, None, spread.rows_of_first(1, values))
+    };
+    let name = step.name.as_deref().unwrap_or("");
+    column("name", Values::text_within(&[name], growth.name_width))?;
+    column("reason", Values::text_within(&[step.reason.name()], Reason::widest()))?;
+    column("loads", Values::F64(vec![step.loads].into()))?;
+    column("supports", Values::F64(vec![step.supports].into()))?;
+    column("temperature", Values::F64(vec![step.temperature].into()))?;
+    column("converged", Values::U8(vec![u8::from(step.reason.converged())].into()))?;
+    column("alternations", Values::I64(vec![step.alternations as i64].into()))?;
+    column("updates", Values::I64(vec![step.updates as i64].into()))
+}
+
+/// Reads the rows of `/steps` that are counted; `None` if the case had no table of them.
+pub(super) fn read(file: &File) -> Result<Option<Vec<LoadStep>>> {
+    let Some(n) = counted(file)? else { return Ok(None) };
     let group = file.group("steps")?;
     let reals = |name| Ok::<_, Error>(group.dataset(name)?.read_raw::<f64>()?);
     let counts = |name| Ok::<_, Error>(group.dataset(name)?.read_raw::<u64>()?);
     let (names, reasons) = (read_strings(&group.dataset("name")?)?, read_strings(&group.dataset("reason")?)?);
     let (loads, supports, temperature) = (reals("loads")?, reals("supports")?, reals("temperature")?);
     let (alternations, updates) = (counts("alternations")?, counts("updates")?);
-    let n = names.len();
-    let lengths = [reasons.len(), loads.len(), supports.len(), temperature.len(), alternations.len()];
-    if lengths.iter().any(|&length| length != n) || updates.len() != n || n == 0 {
-        return Err(Error::input("the columns of the steps differ in length"));
+    let lengths = [names.len(), reasons.len(), loads.len(), supports.len(), temperature.len()];
+    if lengths.iter().chain([&alternations.len(), &updates.len()]).any(|&length| length < n) {
+        return Err(Error::input("there are fewer rows of steps than steps"));
     }
     let step = |i: usize| {
         let reason = Reason::named(&reasons[i])

@@ -1,15 +1,16 @@
 //! The groups beside the grid: `/contact/<pair>/a` and `/b`, `/run`.
 use super::hdf5_rows::{Place, Plan, Rows, Values};
-use super::spread::Spread;
+use super::spread::{Growth, Spread};
 use super::{ResultFile, RunInfo};
 use crate::case::Analysis;
 use crate::error::Result;
-use crate::record::SideTable;
+use crate::record::{Reason, SideTable};
 
 /// Creates `/contact`. Each side's table comes from the one rank that holds it.
 ///
 /// The table of a side is that of the last step. With load steps, `steps/<k>` in it holds the columns that change
-/// after step k; those of the last step are the same datasets under another name.
+/// after step k. The groups of the steps that are expected are there from the first step on, so that their parent does
+/// not change; [`trim_contact`] removes those of steps that were not made.
 pub(super) fn create_contact<'a>(
     spread: &Spread,
     file: &Place,
@@ -20,11 +21,15 @@ pub(super) fn create_contact<'a>(
     let run = result.run;
     for (p, pair) in result.pairs.iter().enumerate() {
         let group = contact.group(&group_name(&pair.name))?;
-        group.text("name", &pair.name)?;
+        if spread.is_first() {
+            group.text("name", &pair.name)?;
+        }
         for (side, name) in ["a", "b"].into_iter().enumerate() {
             let table = pair.sides[side].as_ref();
             let group = group.group(name)?;
-            group.text("surface", &pair.surfaces[side])?;
+            if spread.is_first() {
+                group.text("surface", &pair.surfaces[side])?;
+            }
             let total = spread.sides[p][side];
             let rows = |columns, values: &'a [f64]| Rows {
                 start: 0,
@@ -32,29 +37,42 @@ pub(super) fn create_contact<'a>(
                 columns,
                 values: Values::F64(values.into()),
             };
-            let s = table.map_or(&[][..], |t| &t.s);
-            let x = table.map_or(&[][..], |t| t.x.as_flattened());
-            plan.add(&group, "s", Some(run.unit("m")), rows(1, s))?;
-            plan.add(&group, "x", Some(run.unit("m")), rows(3, x))?;
-            add_state(&group, table, total, run, plan)?;
-            let Some(steps) = &run.steps else { continue };
-            let by_step = group.group("steps")?;
-            for (k, pairs) in result.pairs_of_steps().enumerate() {
-                let step = by_step.group(&(k + 1).to_string())?;
-                if k + 1 < steps.len() {
-                    add_state(&step, pairs[p].sides[side].as_ref(), total, run, plan)?;
-                } else {
-                    let link = |name| group.link(name, &format!("steps/{}/{name}", k + 1));
-                    STATE.into_iter().try_for_each(link)?;
+            if spread.is_first() {
+                let s = table.map_or(&[][..], |t| &t.s);
+                let x = table.map_or(&[][..], |t| t.x.as_flattened());
+                plan.add(&group, "s", Some(run.unit("m")), rows(1, s))?;
+                plan.add(&group, "x", Some(run.unit("m")), rows(3, x))?;
+                let [multipliers, closed] = spread.side_facts[p][side];
+                group.number("multipliers", u8::from(multipliers > 0.0))?;
+                if closed > 0.0 {
+                    group.number("closed", closed)?;
                 }
+            }
+            add_state(&group, table, total, run, plan)?;
+            let Some(growth) = spread.growth else { continue };
+            let steps = group.group("steps")?;
+            let rest = if growth.steps == 0 { growth.expected } else { 0 };
+            for k in growth.steps + 1..=rest.max(growth.steps + 1) {
+                let table = table.filter(|_| k == growth.steps + 1);
+                add_state(&steps.group(&k.to_string())?, table, total, run, plan)?;
             }
         }
     }
     Ok(())
 }
 
-/// Columns of a side that change from step to step.
-const STATE: [&str; 5] = ["normal", "gap", "pressure", "force", "status"];
+/// Removes the groups of steps that were not made.
+pub(super) fn trim_contact(file: &Place, pairs: &[String], growth: Growth) -> Result<()> {
+    let contact = file.group("contact")?;
+    for pair in pairs {
+        let group = contact.group(&group_name(pair))?;
+        for side in ["a", "b"] {
+            let steps = group.group(side)?.group("steps")?;
+            (growth.steps + 1..=growth.expected).try_for_each(|k| steps.unlink(&k.to_string()))?;
+        }
+    }
+    Ok(())
+}
 
 /// The columns of a side that change from step to step.
 fn add_state<'a>(
@@ -98,20 +116,27 @@ pub(super) fn create_run<'a>(
         ("title", &run.title),
         ("variant", run.variant.as_deref().unwrap_or("")),
         ("units", run.units_name()),
-        ("reason", run.reason.name()),
         ("analysis", analysis),
     ];
     for (name, text) in texts {
         group.text(name, text)?;
     }
-    group.number("converged", u8::from(run.converged()))?;
-    group.number("alternations", run.alternations)?;
     group.number("ranks", spread.size as i32)?;
-    group.number("tolerance", run.tolerance)?;
     group.number("thickness", thickness)?;
+    set_verdict(file, run, spread.growth.is_none())?;
     let texts = |texts: &[String]| spread.rows_of_first(texts.len(), Values::text(texts));
     plan.add(&group, "bodies", None, texts(&run.bodies))?;
     plan.add(&group, "case_text", None, texts(std::slice::from_ref(&run.text)))
+}
+
+/// The attributes of `/run` that a run changes as it goes on; `complete` when it has come to its end.
+pub(super) fn set_verdict(file: &Place, run: &RunInfo, complete: bool) -> Result<()> {
+    let group = file.group("run")?;
+    group.wide_text("reason", run.reason.name(), Reason::widest())?;
+    group.number("complete", u8::from(complete))?;
+    group.number("converged", u8::from(complete && run.converged()))?;
+    group.number("alternations", run.alternations)?;
+    group.number("tolerance", run.tolerance)
 }
 
 /// Creates `/rigid/<body>`, if there are rigid bodies: outlines, for pictures.
@@ -127,7 +152,9 @@ pub(super) fn create_rigid<'a>(
     let all = file.group("rigid")?;
     for outline in &run.rigid {
         let group = all.group(&group_name(&outline.body))?;
-        group.text("name", &outline.body)?;
+        if spread.is_first() {
+            group.text("name", &outline.body)?;
+        }
         let mut add = |name: &str, vectors: &'a [[f64; 3]]| {
             let own = spread.on_first(vectors).as_flattened();
             let rows = Rows { start: 0, total: vectors.len(), columns: 3, values: Values::F64(own.into()) };

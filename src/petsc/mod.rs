@@ -17,7 +17,7 @@ pub use ksp::{Ksp, smooth_stretched};
 pub use linear::{Coordinates, Gather, Matrix, Vector};
 pub use schur::SchurFactor;
 pub use session::{Session, has_option, option_prefixes_left, set_options, touch_blas};
-pub use stage::Stage;
+pub use stage::{Stage, StageSeconds};
 
 #[allow(non_upper_case_globals, non_camel_case_types, non_snake_case, missing_docs, unused)]
 #[allow(unsafe_op_in_unsafe_fn, rustdoc::all, clippy::all)]

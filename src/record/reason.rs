@@ -93,6 +93,11 @@ impl Reason {
         }
     }
 
+    /// Bytes of the longest name.
+    pub(crate) fn widest() -> usize {
+        Reason::ALL.into_iter().map(|reason| reason.name().len()).max().unwrap_or(0)
+    }
+
     /// The reason of this name.
     pub fn named(name: &str) -> Option<Reason> {
         Reason::ALL.into_iter().find(|reason| reason.name() == name)

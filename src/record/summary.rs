@@ -65,6 +65,8 @@ pub struct Summary {
     pub steps: Option<Vec<StepSummary>>,
     /// Invariants every run must satisfy.
     pub checks: Checks,
+    /// Sizes of forces and displacements.
+    pub plausibility: Plausibility,
     /// Wall seconds.
     pub seconds: Seconds,
     /// Memory, MB, at its peak, sum over the ranks.
@@ -156,8 +158,9 @@ pub struct StepSummary {
     pub pairs: Vec<PairSummary>,
     /// The probes, in file order.
     pub probes: Vec<ProbeSummary>,
-    /// Discretisation error at its end.
-    pub error_estimate: ErrorEstimate,
+    /// Discretisation error at its end, if it was estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_estimate: Option<ErrorEstimate>,
 }
 
 impl StepSummary {
@@ -167,7 +170,7 @@ impl StepSummary {
         tolerance: f64,
         pairs: Vec<PairSummary>,
         probes: Vec<ProbeSummary>,
-        error_estimate: ErrorEstimate,
+        error_estimate: Option<ErrorEstimate>,
     ) -> Self {
         let LoadStep { name, loads, supports, temperature, reason, alternations, updates } = step.clone();
         let converged = reason.converged();
@@ -264,6 +267,18 @@ pub struct Checks {
     pub penetration: f64,
 }
 
+/// What a reader can judge a result by: the largest of all steps; what has nothing to be compared with is absent.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Plausibility {
+    /// Largest normal force of a pair over what acts from outside: the sum of the sizes of the nodal loads and of the
+    /// resultants of the bodies' supports. Interference and heat press bodies together without either.
+    #[serde(skip_serializing_if = "absent")]
+    pub carried_over_applied: Option<f64>,
+    /// Largest displacement of a body's node over the larger side of the body's box.
+    #[serde(skip_serializing_if = "absent")]
+    pub displacement_over_size: Option<f64>,
+}
+
 /// A contact pair in numbers. What could not be computed is absent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PairSummary {
@@ -342,10 +357,11 @@ pub struct StressSummary {
     pub xy: f64,
 }
 
-/// Wall seconds of the phases, largest over the ranks.
+/// Wall seconds of the stages of a run, means over the ranks, each without those inside it: they add up to the total.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[allow(missing_docs)]
 pub struct Seconds {
+    /// Meshes, surfaces, partitions.
     pub setup: f64,
     /// Facing surfaces found, and the transfer between them.
     pub search: f64,
@@ -353,7 +369,12 @@ pub struct Seconds {
     pub factor: f64,
     /// Dense matrices of the interfaces.
     pub condense: f64,
+    /// The driver of the contact.
     pub alternate: f64,
+    /// Displacements of the interiors, strains, stresses and the checks made of them.
+    pub recover: f64,
+    pub estimate: f64,
+    /// Result files and pictures.
     pub write: f64,
     pub total: f64,
 }
@@ -460,6 +481,7 @@ mod tests {
                 action_reaction: 0.0,
                 penetration: 0.0,
             },
+            plausibility: Plausibility::default(),
             seconds: Seconds::default(),
             peak_memory_mb: 12.5,
             warnings: vec![],
@@ -477,7 +499,7 @@ mod tests {
     fn keys_are_those_promised() {
         let json: Value = serde_json::from_str(&summary().to_json().unwrap()).unwrap();
         let top = "alternations bodies case checks converged diagnosis displacement_steps driver error_estimate exchange force_steps free_modes held_modes input kontakt \
-                   pairs peak_memory_mb probes ranks reason residual schema seconds tolerance tolerance_automatic transfer updates variant warnings";
+                   pairs peak_memory_mb plausibility probes ranks reason residual schema seconds tolerance tolerance_automatic transfer updates variant warnings";
         assert_eq!(keys(&json).join(" "), top);
         assert_eq!(
             keys(&json["bodies"][0]).join(" "),
@@ -490,7 +512,7 @@ mod tests {
         assert_eq!(keys(&json["probes"][0]["stress"]).join(" "), "xx xy yy zz");
         assert_eq!(
             keys(&json["seconds"]).join(" "),
-            "alternate assemble condense factor search setup total write"
+            "alternate assemble condense estimate factor recover search setup total write"
         );
         assert_eq!((&json["schema"], &json["reason"]), (&json!(1), &json!("max_alternations")));
         assert_eq!((&json["driver"], &json["transfer"]), (&json!("active_set"), &json!("mortar")));
@@ -511,8 +533,13 @@ mod tests {
             alternations: 3,
             updates: 2,
         };
-        summary.steps =
-            Some(vec![StepSummary::new(&step, 1e-8, summary.pairs.clone(), vec![], summary.error_estimate)]);
+        summary.steps = Some(vec![StepSummary::new(
+            &step,
+            1e-8,
+            summary.pairs.clone(),
+            vec![],
+            Some(summary.error_estimate),
+        )]);
         let json: Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
         let step = "alternations converged error_estimate loads pairs probes reason supports temperature tolerance updates";
         assert_eq!(keys(&json["steps"][0]).join(" "), step);

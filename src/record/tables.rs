@@ -18,12 +18,16 @@ pub struct SideTable {
     pub force: Vec<[f64; 3]>,
     /// 0: no candidate, 1: open, 2: in contact.
     pub status: Vec<i32>,
+    /// True if the unknown contact forces are on this side; what the other has of gap and pressure is theirs, interpolated.
+    pub multipliers: bool,
+    /// Length of a closed surface, m: where `s` comes back to the first node. `None`: it has ends.
+    pub closed: Option<f64>,
 }
 
 impl SideTable {
     /// True if all columns have the same length.
     pub fn is_consistent(&self) -> bool {
-        let SideTable { s, x, normal, gap, pressure, force, status } = self;
+        let SideTable { s, x, normal, gap, pressure, force, status, .. } = self;
         let lengths = [x.len(), normal.len(), gap.len(), pressure.len(), force.len(), status.len()];
         lengths.iter().all(|&n| n == s.len())
     }

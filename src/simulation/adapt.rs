@@ -6,6 +6,7 @@
 //! find the same cells; ties go together, so that what is symmetric stays so.
 use super::{
     adapted::{Adapted, Verdict},
+    report::Start,
     solved::Solved,
 };
 use crate::{
@@ -19,6 +20,7 @@ use crate::{
     estimate::Estimate,
     mesh::Mesh,
     parallel,
+    petsc::Stage,
     record::{AdaptRound, HistoryRow, Summary},
     scene::{self, ContactSide},
     vector,
@@ -152,14 +154,14 @@ pub fn run_adaptive(
     mut progress: impl FnMut(&HistoryRow),
     mut round: impl FnMut(&AdaptRound),
 ) -> Result<Summary> {
-    let start = Instant::now();
+    let start = Start::now();
     refuse(case, goal)?;
     crate::output::prepare(world, directory)?;
     let mut case = case.clone();
     let mut rounds = Rounds::default();
     loop {
         let begun = Instant::now();
-        let solved = Solved::new(&case, world, &mut progress);
+        let solved = Solved::new(&case, world, directory, false, &mut progress);
         let failure = match &solved {
             Ok(solved) if solved.converged() => None,
             Ok(_) => Some("did not converge".to_owned()),
@@ -170,13 +172,13 @@ pub fn run_adaptive(
             drop(solved);
             // Solved once more: to keep every round's factorisations would double the memory.
             case.bodies.iter_mut().for_each(|body| drop(body.cuts.pop()));
-            let last = Solved::new(&case, world, &mut progress)?;
+            let last = Solved::new(&case, world, directory, false, &mut progress)?;
             let verdict = Err(format!(
                 "round {number} {why}; these are the mesh and the results of round {}",
                 number - 1
             ));
             let adapted = Adapted { rounds: rounds.done, verdict, warning: None };
-            return Ok(last.finish(&case, world, directory, start, Some(adapted))?.0);
+            return Ok(last.finish(&case, world, directory, &start, Some(adapted))?.0);
         }
         let solved = solved?;
         let estimate = solved.estimate();
@@ -194,7 +196,9 @@ pub fn run_adaptive(
         let mut verdict = rounds.verdict(goal, limits, &solved);
         let mut next = case.clone();
         if verdict.is_none() {
+            let stage = Stage::Estimate.enter();
             let cuts = mark(&case, goal, &solved, world);
+            drop(stage);
             let stuck = cuts.iter().all(Vec::is_empty);
             std::iter::zip(&mut next.bodies, cuts).for_each(|(body, cells)| body.cuts.push(cells));
             verdict = match stuck {
@@ -205,7 +209,7 @@ pub fn run_adaptive(
         if let Some(verdict) = verdict {
             let warning = rounds.dear_elements(goal, &solved, world);
             let adapted = Adapted { rounds: rounds.done, verdict, warning };
-            return Ok(solved.finish(&case, world, directory, start, Some(adapted))?.0);
+            return Ok(solved.finish(&case, world, directory, &start, Some(adapted))?.0);
         }
         case = next;
     }
@@ -276,6 +280,7 @@ impl Rounds {
         next: &Case,
         world: &SimpleCommunicator,
     ) -> Option<Verdict> {
+        let _stage = Stage::SetUp.enter();
         match scene::count_dofs(next, world) {
             Ok(dofs) if dofs <= limits.dofs => None,
             Ok(dofs) => Some(Err(self.left(

@@ -15,6 +15,7 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
         &b.reaction,
         &[b.noise],
         &b.round_off,
+        &[b.applied],
     ]
     .concat();
     let s = parallel::sum(group, &parts);
@@ -27,6 +28,7 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
         reaction: [s[11], s[12], s[13]],
         noise: s[14],
         round_off: [s[15], s[16]],
+        applied: s[17],
     }
 }
 
@@ -77,11 +79,19 @@ pub(super) struct OfBodies {
     pub bodies: Vec<BodyChecks>,
     /// Largest sum of the absolute nodal forces of a body that is loaded at all, N.
     pub largest_force: f64,
+    /// Sums over the bodies: of the sizes of their nodal loads, and of the resultants of their supports, N.
+    pub applied: [f64; 2],
 }
 
 impl OfBodies {
     /// `balances`: of this rank's bodies, `numbers`: theirs among the `n` of the case. Collective.
     pub fn new(balances: &[Balance], numbers: &[usize], n: usize, world: &SimpleCommunicator) -> OfBodies {
+        let mut forces = vec![[0.0; 2]; n];
+        for (b, &number) in std::iter::zip(balances, numbers) {
+            forces[number] = [b.applied, b.reaction.iter().map(|c| c * c).sum::<f64>().sqrt()];
+        }
+        let forces = parallel::max(world, forces.as_flattened());
+        let applied = [0, 1].map(|k| forces.iter().skip(k).step_by(2).sum());
         // Ratios of round-off to round-off say nothing.
         let loaded = |b: &&Balance| b.work[2].is_nan() || b.work[2] > b.noise;
         let over = |f: fn(&Balance) -> f64| worst(balances.iter().filter(loaded).map(f));
@@ -110,7 +120,7 @@ impl OfBodies {
             virtual_work: v[2],
             proven: [v[3], v[4]],
         };
-        OfBodies { bodies: all.as_chunks().0.iter().map(of_body).collect(), largest_force: scene[1] }
+        OfBodies { bodies: all.as_chunks().0.iter().map(of_body).collect(), largest_force: scene[1], applied }
     }
 }
 

@@ -136,9 +136,10 @@ impl Evidence<'_> {
 
     /// True if every field on every rank is. Collective.
     fn fields_are_finite(&self, world: &SimpleCommunicator) -> bool {
-        // Temperatures are input, and none where a body has none.
+        // Temperatures are input, and none where a body has none; errors are not estimated for every step.
         let fields = self.piece.point_fields.iter().chain(&self.piece.cell_fields);
-        let finite = fields.filter(|f| f.unit != "K").all(|f| all_finite(&f.values));
+        let finite =
+            fields.filter(|f| f.unit != "K" && f.name != "error_density").all(|f| all_finite(&f.values));
         parallel::max(world, &[f64::from(u8::from(!finite))])[0] == 0.0
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn append(
     piece: &mut Piece,
     body: &Body,
     fields: &Fields,
-    error: &BodyError,
+    error: Option<&BodyError>,
     index: usize,
     heated: bool,
 ) {
@@ -64,7 +64,12 @@ pub(super) fn append(
     piece.cell_fields[0].values.extend(fields.cell_stress.as_flattened());
     piece.cell_fields[1].values.extend(fields.cell_strain.as_flattened());
     piece.cell_fields[2].values.extend(mises(&fields.cell_stress));
-    piece.cell_fields[3].values.extend(error.cells.iter().map(|cell| cell.energy2 / cell.volume));
+    let density = &mut piece.cell_fields[3].values;
+    match error {
+        Some(error) => density.extend(error.cells.iter().map(|cell| cell.energy2 / cell.volume)),
+        // Not estimated.
+        None => density.extend(std::iter::repeat_n(f64::NAN, body.part.n_own_cells)),
+    }
 }
 
 /// Values at the probes. Collective.

@@ -21,6 +21,6 @@ pub(super) fn remove_old_summary(world: &SimpleCommunicator, directory: &Path) -
 }
 
 pub(super) fn draw(case: &Case, file: &Path, directory: &Path) -> Result<()> {
-    let results = output::Results::read(file)?;
+    let results = output::Results::read_last(file)?;
     output::draw(&results, &case.output, directory).map(|_| ())
 }

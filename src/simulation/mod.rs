@@ -28,8 +28,9 @@ use crate::{
     record::{HistoryRow, Summary},
 };
 use mpi::topology::SimpleCommunicator;
+use report::Start;
 use solved::Solved;
-use std::{path::Path, time::Instant};
+use std::path::Path;
 
 /// Runs a case and writes its results. Returns the summary (complete on world rank 0). Collective.
 pub fn run(
@@ -48,7 +49,8 @@ pub fn run_and_estimate(
     directory: &Path,
     mut progress: impl FnMut(&HistoryRow),
 ) -> Result<(Summary, Estimate)> {
-    let start = Instant::now();
+    let start = Start::now();
     output::prepare(world, directory)?;
-    Solved::new(case, world, &mut progress)?.finish(case, world, directory, start, None)
+    let solved = Solved::new(case, world, directory, true, &mut progress)?;
+    solved.finish(case, world, directory, &start, None)
 }

@@ -1,8 +1,10 @@
 //! How far the bodies have moved and deformed: whether small strains and small rotations can mean it.
+use super::checks::{OfBodies, SCENE};
 use crate::{
     body::{Body, Fields},
-    case::Case,
+    case::{Case, Scalar},
     parallel,
+    record::{PairSummary, Plausibility},
     vector::{in_figures, larger},
 };
 use mpi::topology::SimpleCommunicator;
@@ -40,6 +42,8 @@ pub(super) struct Motion {
     turn: Peak,
     low: [f64; 2],
     high: [f64; 2],
+    /// Largest displacement of a node, m.
+    way: f64,
     /// Of the nodes, about `origin`: number, sums of x, of u, of x.x and of x cross u.
     n: f64,
     x: [f64; 2],
@@ -49,7 +53,7 @@ pub(super) struct Motion {
 }
 
 /// Numbers of a [`Motion`] in a message, with its body's.
-const NUMBERS: usize = 18;
+const NUMBERS: usize = 19;
 
 impl Motion {
     fn none() -> Motion {
@@ -58,6 +62,7 @@ impl Motion {
             turn: Peak::default(),
             low: [f64::INFINITY; 2],
             high: [f64::NEG_INFINITY; 2],
+            way: 0.0,
             n: 0.0,
             x: [0.0; 2],
             u: [0.0; 2],
@@ -87,6 +92,7 @@ impl Motion {
                 (motion.low[c], motion.high[c]) = (motion.low[c].min(p[c]), motion.high[c].max(p[c]));
                 (motion.x[c], motion.u[c]) = (motion.x[c] + x[c], motion.u[c] + u[c]);
             }
+            motion.way = larger(motion.way, u[0].hypot(u[1]));
             motion.n += 1.0;
             motion.xx += x[0] * x[0] + x[1] * x[1];
             motion.xu += x[0] * u[1] - x[1] * u[0];
@@ -102,6 +108,11 @@ impl Motion {
         if inertia > 0.0 { (self.xu - cross) / inertia } else { 0.0 }
     }
 
+    /// Larger side of its box, m.
+    fn size(&self) -> f64 {
+        larger(self.high[0] - self.low[0], self.high[1] - self.low[1])
+    }
+
     fn join(&mut self, other: &Motion) {
         self.strain.join(other.strain);
         self.turn.join(other.turn);
@@ -109,11 +120,12 @@ impl Motion {
             (self.low[c], self.high[c]) = (self.low[c].min(other.low[c]), self.high[c].max(other.high[c]));
             (self.x[c], self.u[c]) = (self.x[c] + other.x[c], self.u[c] + other.u[c]);
         }
+        self.way = larger(self.way, other.way);
         (self.n, self.xx, self.xu) = (self.n + other.n, self.xx + other.xx, self.xu + other.xu);
     }
 
     fn pack(&self, body: usize) -> [f64; NUMBERS] {
-        let Motion { strain: s, turn: t, low, high, n, x, u, xx, xu } = *self;
+        let Motion { strain: s, turn: t, low, high, way, n, x, u, xx, xu } = *self;
         let [sx, sy, tx, ty] = [s.at[0], s.at[1], t.at[0], t.at[1]];
         [
             body as f64,
@@ -134,6 +146,7 @@ impl Motion {
             u[1],
             xx,
             xu,
+            way,
         ]
     }
 
@@ -148,6 +161,7 @@ impl Motion {
             u: [v[14], v[15]],
             xx: v[16],
             xu: v[17],
+            way: v[18],
         };
         (v[0] as usize, motion)
     }
@@ -175,6 +189,18 @@ impl Motions {
     /// True if a strain is beyond small ones.
     pub fn has_large_strain(&self) -> bool {
         self.0.iter().any(|m| m.strain.value > LARGE_STRAIN)
+    }
+
+    /// Largest side of a body's box, m. On rank 0.
+    fn largest_size(&self) -> f64 {
+        self.0.iter().map(Motion::size).fold(0.0, larger)
+    }
+
+    /// Largest displacement over the larger side of the body's box, and the body. On rank 0.
+    pub fn farthest(&self) -> Option<(f64, usize)> {
+        let over_size = |m: &Motion| if m.size() > 0.0 { m.way / m.size() } else { 0.0 };
+        let all = self.0.iter().map(over_size).enumerate().map(|(b, ratio)| (ratio, b));
+        all.reduce(|a, b| if b.0 > a.0 { b } else { a })
     }
 
     /// What no solution has.
@@ -235,6 +261,72 @@ impl Motions {
         }
         lines
     }
+}
+
+/// Loads alone make pairs carry more than they are by the wedge that the surfaces are to them: 1 / (2 sin a) times at half the
+/// angle a, 29 times at one degree. Beyond it the forces most likely hold each other, not the load.
+const WEDGE: f64 = 30.0;
+
+/// An overlap below this share of the largest body is one of rounded coordinates, and presses with as small a share of the modulus.
+const OVERLAP: f64 = 1e-9;
+
+/// A body that moves by more than its own size has left where gaps and normals were measured.
+const FAR: f64 = 1.0;
+
+/// The sizes of forces and displacements, and what a user should know of them. `overlap`: the largest of the undeformed bodies,
+/// m. The same on all ranks but for the warnings, which are rank 0's. Collective.
+pub(super) fn plausibility(
+    case: &Case,
+    of_bodies: &OfBodies,
+    pairs: &[PairSummary],
+    motions: &Motions,
+    overlap: f64,
+    world: &SimpleCommunicator,
+) -> (Plausibility, Vec<String>) {
+    let mut warnings = Vec::new();
+    let driven = is_driven(case) || overlap > OVERLAP * motions.largest_size();
+    let [loads, supports] = of_bodies.applied;
+    let applied = loads + supports;
+    let largest = pairs.iter().reduce(|a, b| if b.normal_force > a.normal_force { b } else { a });
+    let carried = largest.filter(|_| applied > SCENE * of_bodies.largest_force && applied > 0.0);
+    let carried_over_applied = carried.map(|pair| pair.normal_force / applied);
+    if let (Some(pair), Some(ratio)) = (carried, carried_over_applied)
+        && (!driven && ratio > WEDGE)
+    {
+        warnings.push(format!(
+            "contact '{}' carries {:.3e} where loads of {loads:.3e} are all that acts: {ratio:.0} times as much; look at how the              loaded body is held, at the transfer, and at the displacements",
+            pair.name, pair.normal_force
+        ));
+    }
+    let farthest = motions.farthest();
+    if let Some((ratio, body)) = farthest.filter(|(ratio, _)| *ratio > FAR) {
+        warnings.push(format!(
+            "body '{}' moves by {ratio:.3e} times its own size: far beyond small displacements; look at its supports and loads",
+            case.bodies[body].name
+        ));
+    }
+    let displacement = parallel::from_first(world, farthest.map_or(f64::NAN, |(ratio, _)| ratio));
+    (Plausibility { carried_over_applied, displacement_over_size: Some(displacement) }, warnings)
+}
+
+/// The larger of each of two steps.
+pub(super) fn worse(a: Plausibility, b: Plausibility) -> Plausibility {
+    let of = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(larger);
+    Plausibility {
+        carried_over_applied: of(a.carried_over_applied, b.carried_over_applied),
+        displacement_over_size: of(a.displacement_over_size, b.displacement_over_size),
+    }
+}
+
+/// True if prescribed motions or heat drive the case, not loads alone.
+fn is_driven(case: &Case) -> bool {
+    let moves = |body: &crate::case::BodyCase| {
+        body.supports
+            .iter()
+            .any(|s| s.displacement.iter().flatten().any(|u| !matches!(u, Scalar::Constant(0.0))))
+    };
+    case.bodies.iter().any(|body| body.temperature.is_some() || moves(body))
+        || case.rigid.iter().any(|body| body.motion.iter().any(|u| *u != 0.0))
 }
 
 /// Largest absolute principal strain in the plane.

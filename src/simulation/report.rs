@@ -1,22 +1,62 @@
 //! The summary: the run in numbers.
 use super::results::{Run, peak_memory_mb};
 use crate::{
-    body::Cost,
     case::{self, Case},
     estimate::Estimate,
     output::RunInfo,
     parallel,
+    petsc::{Stage, StageSeconds},
     record::{self, Summary},
     scene::Plan,
     step::Engine,
 };
-use mpi::traits::*;
+use mpi::{topology::SimpleCommunicator, traits::*};
+use std::time::Instant;
 
-/// Wall seconds of what is known only at the end.
+/// When a run began.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Clock {
-    pub write: f64,
-    pub total: f64,
+pub(super) struct Start {
+    at: Instant,
+    stages: StageSeconds,
+}
+
+impl Start {
+    pub fn now() -> Start {
+        Start { at: Instant::now(), stages: StageSeconds::now() }
+    }
+
+    /// Wall seconds since then. Collective.
+    fn seconds(&self, world: &SimpleCommunicator) -> record::Seconds {
+        let now = StageSeconds::now();
+        let of = |stage| now.of(stage, &self.stages);
+        let own = [
+            of(Stage::SetUp),
+            of(Stage::Search),
+            of(Stage::Assemble),
+            of(Stage::Factor),
+            of(Stage::Condense),
+            of(Stage::Alternate),
+            of(Stage::Recover),
+            of(Stage::Estimate),
+            of(Stage::Write),
+            self.at.elapsed().as_secs_f64(),
+        ];
+        let all = parallel::sum(world, &own);
+        let [setup, search, assemble, factor, condense, alternate, recover, estimate, write, total] =
+            std::array::from_fn(|i| all[i] / f64::from(world.size()));
+        record::Seconds {
+            setup,
+            search,
+            assemble,
+            factor,
+            condense,
+            alternate,
+            recover,
+            estimate,
+            write,
+            total,
+        }
+    }
 }
 
 /// Where a run took place.
@@ -28,15 +68,14 @@ pub(super) struct Site<'s> {
 
 impl Run {
     /// The run in numbers, and the estimate of its last step. Collective.
-    pub fn summary(self, site: &Site, info: &RunInfo, clock: Clock) -> (Summary, Estimate) {
+    pub fn summary(self, site: &Site, info: &RunInfo, start: &Start) -> (Summary, Estimate) {
         let Site { case, plan, .. } = *site;
         let world = &plan.groups.world;
-        let seconds = self.seconds(site, clock);
+        let seconds = start.seconds(world);
+        let estimate = self.last.estimate.unwrap_or_default();
         let mut bodies = bodies(site);
-        std::iter::zip(&mut bodies, &self.last.estimate.body_energy)
-            .for_each(|(b, e)| b.error_estimate = Some(*e));
-        std::iter::zip(&mut bodies, &self.last.estimate.strain_energy)
-            .for_each(|(b, e)| b.strain_energy = Some(*e));
+        std::iter::zip(&mut bodies, &estimate.body_energy).for_each(|(b, e)| b.error_estimate = Some(*e));
+        std::iter::zip(&mut bodies, &estimate.strain_energy).for_each(|(b, e)| b.strain_energy = Some(*e));
         let last = self.steps.last();
         let summary = Summary {
             schema: Summary::SCHEMA,
@@ -64,13 +103,14 @@ impl Run {
             residual: self.checks.residual,
             ranks: world.size() as usize,
             bodies,
-            error_estimate: record::ErrorEstimate::from(&self.last.estimate),
+            error_estimate: record::ErrorEstimate::from(&estimate),
             free_modes: modes_of(case, &self.last.free_modes),
             held_modes: modes_of(case, &self.last.held_modes),
             pairs: last.map_or_else(Vec::new, |s| s.pairs.clone()),
             probes: last.map_or_else(Vec::new, |s| s.probes.clone()),
             steps: (!case.steps.is_empty()).then_some(self.steps),
             checks: self.checks,
+            plausibility: self.plausibility,
             seconds,
             peak_memory_mb: peak_memory_mb(world),
             warnings: self.warnings,
@@ -78,27 +118,7 @@ impl Run {
             adapt: None,
             adapt_reached: None,
         };
-        (summary, self.last.estimate)
-    }
-
-    /// The largest over the ranks of each. Collective.
-    fn seconds(&self, site: &Site, clock: Clock) -> record::Seconds {
-        let Site { plan, engine, .. } = *site;
-        let sum = |f: fn(Cost) -> f64| engine.bodies().iter().map(|b| f(b.cost())).sum::<f64>();
-        let own = [
-            plan.seconds,
-            engine.clock.search,
-            sum(|c| c.assemble),
-            sum(|c| c.factor),
-            sum(|c| c.interface + c.condense),
-            self.alternate,
-            clock.write,
-            clock.total,
-        ];
-        let all = parallel::max(&plan.groups.world, &own);
-        let [setup, search, assemble, factor, condense, alternate, write, total] =
-            std::array::from_fn(|i| all[i]);
-        record::Seconds { setup, search, assemble, factor, condense, alternate, write, total }
+        (summary, estimate)
     }
 }
 

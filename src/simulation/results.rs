@@ -5,7 +5,7 @@ use super::{
     fields::{append, probe, start_fields},
     outline::outlines,
     pairs::pair_results,
-    plausible::{Motion, Motions},
+    plausible::{self, Motion, Motions, plausibility},
 };
 use crate::{
     body::{Body, LoadFactors},
@@ -13,15 +13,16 @@ use crate::{
     contact::Surface,
     error::{Error, Result},
     estimate::{BodyError, Change, Estimate, MultiplierSide, Solved},
-    output::{Piece, RunInfo, State},
+    output::{self, Growing, Piece, ResultFile, RunInfo},
     parallel::{self, agree},
-    record::{self, HistoryRow, LoadStep, Reason, StepSummary},
+    petsc::Stage,
+    record::{self, HistoryRow, LoadStep, Plausibility, Reason, StepSummary},
     scene::{ContactSide, Plan},
     step::{self, Accepted, Advanced, End, Engine, Found, Influence, Nodal, Scene},
-    vector::{ratio, smaller},
+    vector::{ratio, smaller, worst},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::time::Instant;
+use std::path::Path;
 
 /// What was counted. The same on all ranks.
 #[derive(Debug, Clone, Copy, Default)]
@@ -39,7 +40,10 @@ pub(super) struct Last {
     pub pairs: Vec<record::PairTables>,
     pub free_modes: Vec<String>,
     pub held_modes: Vec<String>,
-    pub estimate: Estimate,
+    /// `None`: not made yet.
+    pub estimate: Option<Estimate>,
+    /// What it is made of: displacements of this rank's bodies, m, and contact forces at their owned nodes, N.
+    pub solution: Vec<[Vec<f64>; 2]>,
 }
 
 /// What the steps so far have given.
@@ -47,15 +51,16 @@ pub(super) struct Run {
     /// How the last one ended; the same on all ranks.
     pub reason: Reason,
     pub last: Last,
-    pub before: Vec<State>,
+    /// The alternations that are not in the file yet.
     pub history: Vec<HistoryRow>,
+    /// Takes each step of a table of steps as soon as it is accepted.
+    pub file: Option<Growing>,
     pub steps: Vec<StepSummary>,
     pub checks: record::Checks,
+    pub plausibility: Plausibility,
     pub counts: Counts,
     pub warnings: Vec<String>,
     pub diagnosis: Vec<String>,
-    /// Seconds of the driver.
-    pub alternate: f64,
     /// Smallest tolerance of a step.
     pub tolerance: f64,
 }
@@ -65,32 +70,35 @@ struct Measured {
     last: Last,
     summary: StepSummary,
     checks: record::Checks,
+    plausibility: Plausibility,
     counts: Counts,
     warnings: Vec<String>,
 }
 
 impl Run {
-    fn new() -> Run {
+    fn new(file: Option<Growing>) -> Run {
         Run {
             reason: Reason::NoContact,
             last: Last::default(),
-            before: Vec::new(),
             history: Vec::new(),
+            file,
             steps: Vec::new(),
             checks: checks::none(),
+            plausibility: Plausibility::default(),
             counts: Counts::default(),
             warnings: Vec::new(),
             diagnosis: Vec::new(),
-            alternate: 0.0,
             tolerance: f64::INFINITY,
         }
     }
 
-    /// Goes through all load steps; a step that fails ends the run with the last accepted one kept. Collective.
+    /// Goes through all load steps; a step that fails ends the run with the last accepted one kept. With a table of steps
+    /// each is added to `file` as soon as it is accepted. Collective.
     pub fn march(
         case: &Case,
         plan: &Plan,
         engine: &mut Engine,
+        file: Option<Growing>,
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Run> {
         let exchange = plan.exchange(case);
@@ -104,15 +112,12 @@ impl Run {
                 progress(row);
             }
         };
-        let mut run = Run::new();
-        let mut begun = Instant::now();
+        let mut run = Run::new(file);
         let end = step::march(engine, &scene, path, on_rank_zero, |engine, accepted| {
-            run.alternate += begun.elapsed().as_secs_f64();
-            let kept = run.keep(case, plan, engine, accepted)?;
-            begun = Instant::now();
-            Ok(kept)
+            run.keep(case, plan, engine, accepted)
         })?;
         run.end(end, case)?;
+        run.estimate(case, plan, engine.bodies())?;
         Ok(run)
     }
 
@@ -149,10 +154,21 @@ impl Run {
         engine: &Engine,
         accepted: Accepted,
     ) -> Result<(Reason, step::State)> {
-        let Accepted { name, factors, advanced } = accepted;
+        let Accepted { name, factors, is_last, advanced } = accepted;
         let Advanced { state, mut found, contact, influences } = advanced;
-        let measured =
-            measure(case, plan, engine.bodies(), &state, &mut found, &contact, &influences, name, factors)?;
+        let estimated = is_last || case.output.every_estimate;
+        let measured = measure(
+            case,
+            plan,
+            engine.bodies(),
+            &state,
+            &mut found,
+            contact,
+            &influences,
+            name,
+            factors,
+            estimated,
+        )?;
         let reason = found.reason;
         self.counts.add(&measured.counts);
         if !reason.converged() && self.steps.iter().any(|step| step.reason.converged()) {
@@ -163,21 +179,82 @@ impl Run {
             // It was kept for want of a solution: nothing of it remains.
             self.history.clear();
             (self.checks, self.tolerance) = (checks::none(), f64::INFINITY);
-        } else if !self.steps.is_empty() {
-            let old = std::mem::take(&mut self.last);
-            let Piece { point_fields, cell_fields, .. } = old.piece;
-            self.before.push(State { point_fields, cell_fields, pairs: old.pairs });
+            self.plausibility = Plausibility::default();
         }
         self.reason = reason;
         self.tolerance = smaller(self.tolerance, found.tolerance);
         self.checks = worse(self.checks, measured.checks);
+        self.plausibility = plausible::worse(self.plausibility, measured.plausibility);
         self.steps.push(measured.summary);
         self.last = measured.last;
         self.history.append(&mut found.history);
         self.warnings.extend(measured.warnings);
         self.warnings.append(&mut found.warnings);
         self.diagnosis = found.diagnosis;
+        if reason.converged() {
+            self.append(case, &plan.groups.world)?;
+        }
         Ok((reason, state))
+    }
+
+    /// Adds the last step to the file, if there is a table of steps. Collective.
+    fn append(&mut self, case: &Case, world: &SimpleCommunicator) -> Result<()> {
+        let Some(mut file) = self.file.take() else { return Ok(()) };
+        let _stage = Stage::Write.enter();
+        let info = self.info(case, world);
+        let Last { piece, pairs, .. } = &self.last;
+        file.append(world, &ResultFile { piece, pairs, history: &self.history, run: &info })?;
+        self.history.clear();
+        self.file = Some(file);
+        // The file has them; the points tell how far planes are to be drawn.
+        let Piece { cells, cell_bodies, point_fields, cell_fields, .. } = &mut self.last.piece;
+        (*cells, *cell_bodies) = Default::default();
+        (*point_fields, *cell_fields) = Default::default();
+        Ok(())
+    }
+
+    /// The estimate of the last step that was kept, if it has none: the run did not get to the end. Collective.
+    fn estimate(&mut self, case: &Case, plan: &Plan, bodies: &[Body]) -> Result<()> {
+        let (Some(step), None) = (self.steps.last_mut(), &self.last.estimate) else { return Ok(()) };
+        let _stage = Stage::Estimate.enter();
+        let mut errors = Vec::new();
+        let groups = &plan.groups;
+        let made = std::iter::zip(bodies, &self.last.solution).zip(groups.bodies()).try_for_each(
+            |((body, [displacement, contact]), &index)| {
+                let u = body.with_ghosts(&groups.group, displacement)?;
+                let (fields, _) = agree(&groups.group, body.recover(&u, contact))?;
+                let own = Solved { u: &u, fields: &fields };
+                errors.push(BodyError::new(body, index, &groups.group, &own, &[])?.0);
+                Ok(())
+            },
+        );
+        agree(&groups.world, made)?;
+        let unknown = vec![None; case.contacts.len()];
+        let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, &self.last.pairs), &unknown);
+        step.set_estimate(&estimate);
+        self.last.estimate = Some(estimate);
+        Ok(())
+    }
+
+    /// Completes the result file. Collective.
+    pub fn write(
+        &mut self,
+        case: &Case,
+        world: &SimpleCommunicator,
+        path: &Path,
+        info: &RunInfo,
+    ) -> Result<()> {
+        // What is kept for want of a solution.
+        if self.file.as_ref().is_some_and(|file| file.steps() == 0) {
+            self.append(case, world)?;
+        }
+        let Last { piece, pairs, .. } = &self.last;
+        match self.file.take() {
+            Some(file) => file.finish(world, info),
+            None => {
+                output::write(world, path, &ResultFile { piece, pairs, history: &self.history, run: info })
+            }
+        }
     }
 
     /// What was run. Collective.
@@ -235,11 +312,13 @@ fn measure(
     bodies: &[Body],
     state: &step::State,
     found: &mut Found,
-    contact: &[Vec<f64>],
+    contact: Vec<Vec<f64>>,
     influences: &[(Influence, Nodal)],
     name: Option<&str>,
     factors: LoadFactors,
+    estimated: bool,
 ) -> Result<Measured> {
+    let _stage = Stage::Recover.enter();
     let (world, groups) = (&plan.groups.world, &plan.groups);
     let mut piece = Piece::default();
     let heated = case.bodies.iter().any(|b| b.temperature.is_some());
@@ -247,28 +326,34 @@ fn measure(
     let (mut balances, mut recovered, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     let mut motions = Vec::new();
     let mut changes = vec![0.0; influences.len()];
-    let ends = std::iter::zip(&state.bodies, contact);
+    let ends = std::iter::zip(&state.bodies, &contact);
     let finished = std::iter::zip(bodies, ends).enumerate().try_for_each(|(i, (body, (end, contact)))| {
         let u = body.with_ghosts(&groups.group, &end.displacement)?;
         let (fields, balance) = agree(&groups.group, body.recover(&u, contact))?;
-        let changed = influences.iter().map(|(_, changed)| {
-            let u = body.with_ghosts(&groups.group, &changed.displacement[i])?;
-            let fields = agree(&groups.group, body.point_stresses(&u))?;
-            Ok((u, fields))
-        });
-        let changed = changed.collect::<Result<Vec<_>>>()?;
-        let solved: Vec<Solved> = changed.iter().map(|(u, fields)| Solved { u, fields }).collect();
-        let own = Solved { u: &u, fields: &fields };
-        let (mut error, products) = BodyError::new(body, end.body, &groups.group, &own, &solved)?;
-        for ((sum, (influence, _)), products) in std::iter::zip(&mut changes, influences).zip(products) {
-            for (cell, product) in std::iter::zip(&mut error.cells, products) {
-                let change = ratio(product, influence.scale * influence.value);
-                *sum += change;
-                cell.peaks += change.abs();
+        let estimating = Stage::Estimate.enter();
+        let mut error = None;
+        if estimated {
+            let changed = influences.iter().map(|(_, changed)| {
+                let u = body.with_ghosts(&groups.group, &changed.displacement[i])?;
+                let fields = agree(&groups.group, body.point_stresses(&u))?;
+                Ok((u, fields))
+            });
+            let changed = changed.collect::<Result<Vec<_>>>()?;
+            let solved: Vec<Solved> = changed.iter().map(|(u, fields)| Solved { u, fields }).collect();
+            let own = Solved { u: &u, fields: &fields };
+            let (mut of_body, products) = BodyError::new(body, end.body, &groups.group, &own, &solved)?;
+            for ((sum, (influence, _)), products) in std::iter::zip(&mut changes, influences).zip(products) {
+                for (cell, product) in std::iter::zip(&mut of_body.cells, products) {
+                    let change = ratio(product, influence.scale * influence.value);
+                    *sum += change;
+                    cell.peaks += change.abs();
+                }
             }
+            error = Some(of_body);
         }
-        append(&mut piece, body, &fields, &error, end.body, heated);
-        errors.push(error);
+        drop(estimating);
+        append(&mut piece, body, &fields, error.as_ref(), end.body, heated);
+        errors.extend(error);
         motions.push(Motion::of_part(body, &fields, plan.meshes[i].points[0]));
         balances.push(total(&groups.group, &balance));
         recovered.push(fields);
@@ -278,13 +363,17 @@ fn measure(
     let probes = probe(case, plan, bodies, &recovered, world)?;
     let mut warnings = Vec::new();
     let (mut pairs, tables) = pair_results(case, found, world, &mut warnings);
+    let estimating = Stage::Estimate.enter();
     let mut of_pairs = vec![None; case.contacts.len()];
     for ((influence, _), stresses) in std::iter::zip(influences, parallel::sum(world, &changes)) {
         let partners = influence.partners.map(|change| ratio(change, influence.value));
         of_pairs[influence.pair] = Some(Change { stresses, partners });
     }
-    let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, found), &of_pairs);
-    std::iter::zip(&mut pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
+    let estimate =
+        estimated.then(|| Estimate::new(case, plan, errors, &multiplier_sides(plan, &tables), &of_pairs));
+    let of_pair = estimate.iter().flat_map(|estimate| &estimate.pairs);
+    std::iter::zip(&mut pairs, of_pair).for_each(|(p, e)| p.error_estimate = e.pressure);
+    drop(estimating);
     let n = case.bodies.len();
     let of_bodies = OfBodies::new(&balances, groups.bodies(), n, world);
     let motions = Motions::gather(&motions, groups.bodies(), n, world);
@@ -299,6 +388,9 @@ fn measure(
     };
     evidence.decide(found, world);
     warnings.extend(motions.warnings(case));
+    let overlap = parallel::max(world, &[worst(found.ends.iter().map(|end| end.overlap))])[0];
+    let (plausibility, lines) = plausibility(case, &of_bodies, &pairs, &motions, overlap, world);
+    warnings.extend(lines);
     // Large strains have another cause than the geometry of the contact.
     let turned = std::mem::take(&mut found.turned);
     warnings.extend(turned.into_iter().filter(|_| !motions.has_large_strain()));
@@ -312,27 +404,44 @@ fn measure(
         alternations: counts.alternations,
         updates: counts.updates,
     };
-    let summary =
-        StepSummary::new(&summary, found.tolerance, pairs, probes, record::ErrorEstimate::from(&estimate));
+    let mut summary = StepSummary::new(&summary, found.tolerance, pairs, probes, None);
+    if let Some(estimate) = &estimate {
+        summary.set_estimate(estimate);
+    }
+    let solution = match estimated {
+        true => Vec::new(),
+        false => {
+            let ends = std::iter::zip(&state.bodies, contact);
+            ends.map(|(end, contact)| [end.displacement.clone(), contact]).collect()
+        }
+    };
     let free_modes = std::mem::take(&mut found.free_modes);
     let held_modes = std::mem::take(&mut found.held_modes);
     Ok(Measured {
-        last: Last { piece, pairs: tables, free_modes, held_modes, estimate },
+        last: Last { piece, pairs: tables, free_modes, held_modes, estimate, solution },
         summary,
         checks,
+        plausibility,
         counts,
         warnings,
     })
 }
 
 /// The sides with multipliers that this rank holds.
-fn multiplier_sides<'a>(plan: &'a Plan, found: &'a Found) -> Vec<MultiplierSide<'a>> {
+fn multiplier_sides<'a>(plan: &'a Plan, tables: &'a [record::PairTables]) -> Vec<MultiplierSide<'a>> {
     let ends = std::iter::zip(&plan.surfaces, &plan.ends);
     let side = |(surface, &ContactSide { pair, side, .. }): (&'a Surface, &ContactSide)| {
-        let end = found.ends.iter().find(|e| e.multiplier && (e.pair, e.side) == (pair, side))?;
-        Some(MultiplierSide { pair, side, surface, table: &end.table })
+        let table = tables[pair].sides[side].as_ref().filter(|table| table.multipliers)?;
+        Some(MultiplierSide { pair, side, surface, table })
     };
     ends.filter_map(side).collect()
+}
+
+impl StepSummary {
+    fn set_estimate(&mut self, estimate: &Estimate) {
+        std::iter::zip(&mut self.pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
+        self.error_estimate = Some(record::ErrorEstimate::from(estimate));
+    }
 }
 
 /// Peak resident memory of all processes, MB; 0 where the system does not tell. Collective.

@@ -3,14 +3,14 @@ use super::{
     adapted::Adapted,
     files::{draw, remove_old_summary},
     options::option_warnings,
-    report::{Clock, Site},
+    report::{Site, Start},
     results::Run,
 };
 use crate::{
     case::Case,
     error::Result,
     estimate::Estimate,
-    output::{self, ResultFile},
+    output::{self, Growing},
     parallel::agree,
     petsc::Stage,
     plain_text,
@@ -19,7 +19,7 @@ use crate::{
     step::Engine,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::{path::Path, time::Instant};
+use std::path::Path;
 
 /// A case that is solved, not written yet.
 pub(super) struct Solved {
@@ -30,10 +30,13 @@ pub(super) struct Solved {
 }
 
 impl Solved {
-    /// Solves all load steps. Collective.
+    /// Solves all load steps. Those of a table are added to the result file in `directory` as soon as they are accepted,
+    /// under its name from the first one on if `at_once`, else when it is complete. Collective.
     pub fn new(
         case: &Case,
         world: &SimpleCommunicator,
+        directory: &Path,
+        at_once: bool,
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Self> {
         let stage = Stage::SetUp.enter();
@@ -42,7 +45,10 @@ impl Solved {
         drop(stage);
         let [lines, said] = engine.announce(case, &plan);
         lines.iter().filter(|_| world.rank() == 0).for_each(|line| eprintln!("{}", plain_text(line)));
-        let mut run = Run::march(case, &plan, &mut engine, progress)?;
+        let names = case.steps.iter().map(|step| step.name.as_deref());
+        let file = Growing::new(&directory.join(output::RESULT), at_once, names);
+        let file = (!case.steps.is_empty()).then_some(file);
+        let mut run = Run::march(case, &plan, &mut engine, file, progress)?;
         run.warnings.splice(0..0, said);
         Ok(Solved { engine, run, plan })
     }
@@ -52,7 +58,7 @@ impl Solved {
     }
 
     pub fn estimate(&self) -> &Estimate {
-        &self.run.last.estimate
+        self.run.last.estimate.as_ref().expect("a run that has ended has its estimate")
     }
 
     pub fn alternations(&self) -> u64 {
@@ -70,29 +76,20 @@ impl Solved {
         case: &Case,
         world: &SimpleCommunicator,
         directory: &Path,
-        start: Instant,
+        start: &Start,
         adapted: Option<Adapted>,
     ) -> Result<(Summary, Estimate)> {
-        let Solved { plan, engine, run } = self;
-        let _stage = Stage::Write.enter();
-        let writing = Instant::now();
+        let Solved { plan, engine, mut run } = self;
+        let stage = Stage::Write.enter();
         let info = run.info(case, world);
         let file = directory.join(output::RESULT);
-        let before = if case.steps.is_empty() { &[][..] } else { &run.before };
-        let result = ResultFile {
-            piece: &run.last.piece,
-            pairs: &run.last.pairs,
-            before,
-            history: &run.history,
-            run: &info,
-        };
         remove_old_summary(world, directory)?;
-        output::write(world, &file, &result)?;
+        run.write(case, world, &file, &info)?;
         let drawn = if world.rank() == 0 { draw(case, &file, directory) } else { Ok(()) };
         agree(world, drawn)?;
-        let clock = Clock { write: writing.elapsed().as_secs_f64(), total: start.elapsed().as_secs_f64() };
+        drop(stage);
         let site = Site { case, plan: &plan, engine: &engine };
-        let (mut summary, estimate) = run.summary(&site, &info, clock);
+        let (mut summary, estimate) = run.summary(&site, &info, start);
         summary.warnings.extend(option_warnings(case, &plan.groups, engine.bodies())?);
         if let Some(adapted) = adapted {
             adapted.report(&mut summary);

@@ -116,11 +116,12 @@ impl Engine {
     pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Engine> {
         let groups = &plan.groups;
         let is_relaxed = matches!(case.alternation.driver, Driver::Relaxed(_));
-        let start = Instant::now();
+        let (start, stage) = (Instant::now(), Stage::Search.enter());
         let contacts =
             if groups.is_root() { Contacts::new(case, plan, exchange).map(Some) } else { Ok(None) };
         let mut contacts = agree(&groups.world, contacts)?;
         let mut clock = Clock { search: start.elapsed().as_secs_f64(), ..Clock::default() };
+        drop(stage);
         let mut assembled = Vec::new();
         let built = groups.bodies().iter().enumerate().try_for_each(|(i, &b)| {
             if let Some(options) = &case.bodies[b].solver {
@@ -179,6 +180,7 @@ impl Engine {
         target: Target,
         mut progress: impl FnMut(&HistoryRow),
     ) -> Result<Advanced> {
+        let _stage = Stage::Alternate.enter();
         let Scene { case, plan, .. } = *scene;
         let start = Instant::now();
         self.load(plan, target)?;
@@ -196,7 +198,7 @@ impl Engine {
             let (driven, solution) = self.drive(scene, target, &warm, &mut progress)?;
             let before = std::mem::replace(&mut found, driven);
             found.prepend(before);
-            let recovering = Instant::now();
+            let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());
             end = self.recover(plan, &solution)?;
             self.clock.recover += recovering.elapsed().as_secs_f64();
             warm = solution.pairs;
@@ -404,7 +406,6 @@ impl Engine {
         warm: &[PairState],
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
-        let _stage = Stage::Alternate.enter();
         let world = &scene.plan.groups.world;
         let outcome = match &self.contacts {
             None => {
@@ -502,13 +503,14 @@ impl Engine {
             return Ok(());
         }
         self.rows_at = None;
-        let start = Instant::now();
+        let (start, stage) = (Instant::now(), Stage::Search.enter());
         let mut rows = vec![Vec::new(); self.bodies.len()];
         if let Some(contacts) = &mut self.contacts {
             contacts.follow(scene, place);
             rows = std::mem::take(&mut contacts.shares.body_rows);
         }
         self.clock.search += start.elapsed().as_secs_f64();
+        drop(stage);
         let answered =
             std::iter::zip(&mut self.bodies, rows).enumerate().try_for_each(|(i, (body, rows))| {
                 self.responses[i] = body.respond(&plan.groups.group, rows)?;

@@ -150,7 +150,7 @@ impl Contacts {
         let contacts = Contacts { pairs, shares, held, gaps: None };
         let hopeless = contacts.overlapping(case, plan, NO_ANSWER).into_iter().next();
         let checked = match hopeless {
-            Some((pair, text)) => Err(case.contacts[pair].origin.error(&format!(
+            Some((pair, text)) => Err(case.contacts[pair].origin.error(format!(
                 "{text}: strains would not be small; look at positions, units and gap, and whether the surfaces face each other"
             ))),
             None => Ok(contacts),
@@ -415,6 +415,9 @@ impl Contacts {
         let ranges = &driver.coupling.ranges;
         let out: Vec<Vec<f64>> = ranges.iter().map(|range| driver.force[range.clone()].to_vec()).collect();
         let received = exchange.swap(&out);
+        let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
+        let out_gaps: Vec<Vec<f64>> = ranges.iter().map(|range| gaps[range.clone()].to_vec()).collect();
+        let received_gaps = exchange.swap(&out_gaps);
         // Where nothing touches, free bodies stay where they are unless the others would then penetrate them.
         let penetrates = driver.would_penetrate_at_rest();
         let holds = outcome.reason != Reason::Open || !penetrates;
@@ -428,7 +431,6 @@ impl Contacts {
             pairs: Vec::new(),
             influences: Vec::new(),
         };
-        let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
         let elastic = driver.elastic_approach();
         found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
         for (i, end) in self.shares.ends.iter().enumerate() {
@@ -439,7 +441,14 @@ impl Contacts {
             let Some(pair) = &self.pairs[end.pair] else { continue };
             let (surface, side) = (&plan.surfaces[i], plan.ends[i].side);
             if !end.multiplier {
-                found.ends.push(EndFound::of_mortar(surface, end.pair, side, pair, values));
+                found.ends.push(EndFound::of_mortar(
+                    surface,
+                    end.pair,
+                    side,
+                    pair,
+                    values,
+                    &received_gaps[i],
+                ));
                 continue;
             }
             let range = ranges[i].clone();

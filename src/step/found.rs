@@ -2,15 +2,13 @@
 use super::{length::contact_length, rows::Pair};
 use crate::vector::{larger, worst};
 use crate::{
-    contact::{
-        Surface,
-        vector::{combine, dot},
-    },
+    contact::{Surface, vector::combine},
     parallel,
     record::{HistoryRow, Reason, SideTable},
     schwarz,
 };
 use mpi::topology::SimpleCommunicator;
+use std::collections::HashMap;
 
 /// The outcome of a load step, on the first rank of a group; mostly empty elsewhere.
 #[derive(Debug, Clone)]
@@ -63,6 +61,8 @@ pub(crate) struct EndFound {
     pub complementarity: [f64; 2],
     /// Largest elastic approach at a candidate, m.
     pub approach: f64,
+    /// Largest overlap of the undeformed bodies at a candidate, m.
+    pub overlap: f64,
 }
 
 impl Found {
@@ -120,7 +120,7 @@ impl EndFound {
         [gaps, elastic]: [&[f64]; 2],
         active: &[bool],
     ) -> EndFound {
-        let mut table = empty_table(surface);
+        let mut table = SideTable { multipliers: true, ..empty_table(surface) };
         let mut complementarity = [0.0_f64; 2];
         // The nodes of the other side, if they have rows of their own, have an end of their own.
         let n = data.n_own;
@@ -155,31 +155,48 @@ impl EndFound {
             beyond: 0.0,
             complementarity,
             approach: worst(elastic.iter().copied()),
+            overlap: data.rows.iter().map(|row| -row.gap).fold(0.0, larger),
         }
     }
 
-    /// The mortar end: nodal forces by the transposed operator; the pressure at a node is the mean of those of the rows
-    /// that it takes part in.
-    pub fn of_mortar(surface: &Surface, pair: usize, side: usize, data: &Pair, force: &[f64]) -> EndFound {
+    /// The mortar end: nodal forces by the transposed operator. Pressure and gap are those of the rows, interpolated between
+    /// the two multiplier nodes on either side of the point opposite. The nodal forces over their areas would be rougher:
+    /// they are means of multipliers that jump from facet to facet.
+    pub fn of_mortar(
+        surface: &Surface,
+        pair: usize,
+        side: usize,
+        data: &Pair,
+        force: &[f64],
+        gaps: &[f64],
+    ) -> EndFound {
         let mut table = empty_table(surface);
-        let mut shares = vec![[0.0; 2]; surface.nodes.len()];
         for (j, (row, force)) in std::iter::zip(&data.rows, force).enumerate() {
             if data.watched[1].contains(&j) {
                 continue;
             }
             add_forces(&mut table, &row.terms[1], *force);
-            for (node, v) in &row.terms[1] {
-                let i = *node as usize;
-                let weight = dot(v, &row.normal).abs();
-                table.status[i] = table.status[i].max(if *force > 0.0 { 2 } else { 1 });
-                shares[i][0] += weight * force;
-                shares[i][1] += weight * row.area;
+            for (node, _) in &row.terms[1] {
+                let status = &mut table.status[*node as usize];
+                *status = (*status).max(if *force > 0.0 { 2 } else { 1 });
             }
         }
-        for (pressure, [force, area]) in
-            std::iter::zip(&mut table.pressure, shares).filter(|(_, s)| s[1] > 0.0)
-        {
-            *pressure = force / area;
+        let row_at: HashMap<u32, usize> =
+            data.rows.iter().enumerate().map(|(j, row)| (row.node, j)).collect();
+        for (i, opposite) in data.opposite.iter().enumerate() {
+            let Some(between) = opposite else { continue };
+            // Where a node has no row nothing presses, and no gap is known.
+            let rows = between.map(|(node, weight)| (row_at.get(&node).copied(), weight));
+            let of = |value: &dyn Fn(usize) -> f64, missing: f64| -> f64 {
+                let used = rows.iter().filter(|(_, weight)| *weight > 0.0);
+                used.map(|(row, weight)| weight * row.map_or(missing, value)).sum()
+            };
+            table.pressure[i] = of(&|j| force[j] / data.rows[j].area, 0.0);
+            table.gap[i] = of(&|j| gaps[j], f64::NAN);
+            // A force without pressure is the rest of a facet that touches further on.
+            if table.status[i] > 0 {
+                table.status[i] = if table.pressure[i] > 0.0 { 2 } else { 1 };
+            }
         }
         EndFound {
             pair,
@@ -196,6 +213,7 @@ impl EndFound {
             beyond: 0.0,
             complementarity: [0.0; 2],
             approach: 0.0,
+            overlap: 0.0,
         }
     }
 }
@@ -211,6 +229,8 @@ pub(crate) fn empty_table(surface: &Surface) -> SideTable {
         pressure: vec![0.0; n],
         force: vec![[0.0; 3]; n],
         status: vec![0; n],
+        multipliers: false,
+        closed: surface.closed_length(),
     }
 }
 

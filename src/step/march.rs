@@ -20,6 +20,8 @@ pub(crate) struct Accepted<'m> {
     /// Of the step of the case that it belongs to; `None` for a part of one, unless it is the last part.
     pub name: Option<&'m str>,
     pub factors: LoadFactors,
+    /// True at the end of the path.
+    pub is_last: bool,
     pub advanced: Advanced,
 }
 
@@ -61,20 +63,23 @@ pub(crate) fn march<'p>(
             let tried = engine.advance(
                 scene,
                 &state,
-                Target { number, factors, is_end: is_last && is_final },
+                Target { number, factors, is_end: is_last && (is_final || scene.case.output.every_estimate) },
                 &mut progress,
             );
             let failure = match tried {
-                Ok(advanced) => match accept(engine, Accepted { name, factors, advanced })? {
-                    (reason, accepted) if reason.converged() => {
-                        (state, done) = (accepted, reached);
-                        number += 1;
-                        // What went well may go on in larger steps.
-                        size = (2.0 * size).min(1.0 - done);
-                        continue;
+                Ok(advanced) => {
+                    match accept(engine, Accepted { name, factors, is_last: is_last && is_final, advanced })?
+                    {
+                        (reason, accepted) if reason.converged() => {
+                            (state, done) = (accepted, reached);
+                            number += 1;
+                            // What went well may go on in larger steps.
+                            size = (2.0 * size).min(1.0 - done);
+                            continue;
+                        }
+                        (reason, _) => End::Stopped(reason),
                     }
-                    (reason, _) => End::Stopped(reason),
-                },
+                }
                 Err(error @ Error::Unrestrained(_)) => End::Refused(error),
                 Err(Error::NotConverged(text)) => {
                     return Err(Error::NotConverged(format!("load step {number}: {text}")));

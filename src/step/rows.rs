@@ -5,7 +5,7 @@ use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
     case::{BodyRef, Case, ContactCase, Driver, Gap, RigidShape, Transfer},
-    contact::{Conjugate, Pairing, Row, Surface, mortar, pointwise, vector::dot},
+    contact::{Conjugate, Pairing, Row, Search, Surface, mortar, pointwise, vector::dot},
     error::Result,
     material::LinearElastic,
     parallel::Exchange,
@@ -46,6 +46,8 @@ pub(crate) struct Pair {
     pub moduli: [f64; 2],
     /// Nodes of the mortar surface that occur in the rows.
     pub mortar_nodes: usize,
+    /// Of each node of the mortar surface: the multiplier nodes on either side of the point opposite, with their weights.
+    pub opposite: Vec<Option<[(u32, f64); 2]>>,
     /// Outward displacement of a rigid mortar side at each row at factor 1, m.
     pub rigid_motion: Vec<f64>,
 }
@@ -192,6 +194,10 @@ fn one_pair(
         grain: Grain::new(own),
         moduli: [moduli[multiplier], moduli[1 - multiplier]],
         mortar_nodes: nodes.len(),
+        opposite: match contact.surfaces[1 - multiplier].body {
+            BodyRef::Deformable(_) => opposite(own, other),
+            BodyRef::Rigid(_) => Vec::new(),
+        },
         rigid_motion,
     }
 }
@@ -253,6 +259,24 @@ impl Pair {
         };
         self.watched[side].iter().map(of_row).collect()
     }
+}
+
+/// Of each node of `mortar`: the nodes of `multiplier` on either side of the closest point, and their weights; `None` where
+/// nothing lies opposite.
+fn opposite(multiplier: &Surface, mortar: &Surface) -> Vec<Option<[(u32, f64); 2]>> {
+    let search = Search::new(multiplier);
+    let point = |(x, normal): (&[f64; 3], &[f64; 3])| {
+        let found = search.closest(x, normal).filter(|found| found.overshoot <= found.slack)?;
+        let facet = &multiplier.facets[found.facet];
+        // Of lines with two and with three nodes: N_b - N_a = xi.
+        let xi = (found.shape[1] - found.shape[0]).clamp(-1.0, 1.0);
+        Some(match facet[..] {
+            [a, _, m] if xi < 0.0 => [(a, -xi), (m, 1.0 + xi)],
+            [_, b, m] => [(m, 1.0 - xi), (b, xi)],
+            _ => [(facet[0], 0.5 * (1.0 - xi)), (facet[1], 0.5 * (1.0 + xi))],
+        })
+    };
+    std::iter::zip(&mortar.points, &mortar.normals).map(point).collect()
 }
 
 /// Coordinates are rounded, and their interpolation along a surface adds as much again: a geometric gap of this many units

@@ -1,5 +1,6 @@
 //! Rings shrunk on each other (Lame), quarters on symmetry planes, quadratic elements.
 use super::{attempt, close, multipliers, near, solve, solve_all, value};
+use kontakt::record::SideTable;
 use serde_json::Value;
 use std::f64::consts::PI;
 
@@ -173,4 +174,35 @@ fn heat_loosens_a_fit() {
     near(mean_pressure(&solve(&case(0.5 * 45.454545)), "fit", 0.1), 0.5 * p, 1e-4 * p, "half loose");
     assert_eq!(solve(&case(45.4))["reason"], "converged");
     assert_eq!(solve(&case(45.5))["reason"], "open");
+}
+
+/// Both sides of a closed contact have gaps and pressures, as smooth as each other, and the length all round.
+#[test]
+fn both_sides_of_closed_surfaces_are_told_all_round() {
+    for (ranks, cells) in [(1, [10, 14, 10]), (2, [14, 10, 14])] {
+        let quarters = three_rings("", cells.map(|n| 4 * n)).replace("to = 90", "to = 360");
+        let text =
+            quarters.replace(r#"support = [{ surface = "start", y = 0 }, { surface = "end", x = 0 }]"#, "");
+        let (summary, results) = solve_all(&text, ranks, &[]);
+        for (pair, r, exact) in [(0, 0.06, 2.1345398e7), (1, 0.08, 1.4140514e7)] {
+            let sides: Vec<&SideTable> = results.pairs[pair].sides.iter().flatten().collect();
+            assert_eq!(sides.iter().filter(|side| side.multipliers).count(), 1);
+            let worst = |side: &SideTable| {
+                assert!(side.gap.iter().all(|gap| gap.abs() < 1e-9), "{:?}", side.gap);
+                side.pressure.iter().map(|p| (p - exact).abs() / exact).fold(0.0, f64::max)
+            };
+            let errors = [worst(sides[0]), worst(sides[1])];
+            let [own, other] = if sides[0].multipliers { errors } else { [errors[1], errors[0]] };
+            assert!(other <= 1.001 * own && own < 5e-3, "{own} {other}");
+            for (side, table) in sides.iter().enumerate() {
+                let length = std::f64::consts::TAU * r;
+                let closed = table.closed.expect("it closes");
+                near(closed, length, 2e-3 * length, "length of the surface");
+                let last = table.s.iter().copied().fold(0.0, f64::max);
+                assert!(last < closed && last > 0.9 * closed, "{side}: {last} {closed}");
+            }
+            let length = value(&summary, &format!("pairs.{pair}.contact_length"));
+            near(length, std::f64::consts::TAU * r, 2e-3 * r * 6.3, "contact length");
+        }
+    }
 }

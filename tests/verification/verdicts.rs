@@ -1,5 +1,5 @@
 //! A run that says "converged" is right: what is not, says so, and what is beyond the theory is warned about.
-use super::common;
+use super::{close, common, solve, value};
 use serde_json::Value;
 
 /// Two blocks of `young`, the upper one pressed by 1 MPa.
@@ -153,4 +153,49 @@ fn a_body_that_has_turned_many_times_is_no_solution() {
     // Statics: the pair carries no less than the load of 20.1 kN; a wedge of 90 degrees would carry 1.41 times that.
     let plausible = || common::value(&summary, "pairs.bore.normal_force") < 1.5 * 20.1e3;
     assert!(code != Some(0) || plausible(), "{code:?}: {}", summary["pairs"]);
+}
+
+/// A wedge pushed under a slope of so many degrees by a pressure on its thick end: N = F / sin(angle).
+fn wedge(degrees: f64) -> String {
+    let slope = degrees.to_radians();
+    let thin = 0.2 - slope.tan();
+    let (nx, ny) = (-slope.sin(), -slope.cos());
+    format!(
+        r#"
+analysis = "plane strain"
+[[body]]
+name = "wedge"
+element = "quad8"
+material = {{ young = 2.1e11, poisson = 0.3 }}
+mesh.block = {{ corners = [[0, 0], [1, 0], [1, {thin}], [0, 0.2]], u = {{ from = 0, to = 1, cells = 20 }}, v = {{ from = 0, to = 1, cells = 4 }} }}
+load = [{{ surface = "left", pressure = 1e5 }}]
+[[body]]
+name = "floor"
+rigid.plane = {{ through = [0, 0], normal = [0, 1] }}
+[[body]]
+name = "slope"
+rigid.plane = {{ through = [0, 0.2], normal = [{nx}, {ny}] }}
+[[contact]]
+name = "below"
+surfaces = ["wedge.bottom", "floor.surface"]
+[[contact]]
+name = "above"
+surfaces = ["wedge.top", "slope.surface"]
+"#
+    )
+}
+
+/// What the pairs carry is set against what is applied: a wedge of a degree multiplies it by 57, which a user is told.
+#[test]
+fn forces_far_above_the_loads_are_told() {
+    for (degrees, warned) in [(1.0_f64, true), (3.0, false)] {
+        let summary = solve(&wedge(degrees));
+        let force = 0.2 * 1e5 / degrees.to_radians().sin();
+        close(&summary, "pairs.1.normal_force", force, 1e-6);
+        close(&summary, "plausibility.carried_over_applied", force / (0.2 * 1e5), 1e-6);
+        let size = value(&summary, "plausibility.displacement_over_size");
+        assert!(size > 0.0 && size < 1e-3, "{size}");
+        let warnings = summary["warnings"].to_string();
+        assert_eq!(warnings.contains("times as much"), warned, "{warnings}");
+    }
 }

@@ -19,6 +19,8 @@ pub(super) struct Curve<'a> {
     /// Radius of the dot at a node in contact, pixels.
     pub dot: i32,
     pub points: Vec<Point>,
+    /// Length of the closed surface along which it is drawn, m.
+    period: Option<f64>,
     table: &'a SideTable,
 }
 
@@ -41,45 +43,76 @@ impl<'a> Curve<'a> {
         (colour, width, dot): (RGBColor, u32, i32),
     ) -> Self {
         let stroke = colour.stroke_width(width);
-        let mut curve = Curve { side, name, colour, stroke, dot, points: Vec::new(), table };
-        curve.place(table.s.clone());
+        let mut curve = Curve { side, name, colour, stroke, dot, points: Vec::new(), period: None, table };
+        curve.place(table.s.clone(), table.closed);
         curve
     }
 
-    /// Draws the nodes at other coordinates. What has no coordinate or no pressure is left out.
-    fn place(&mut self, s: Vec<f64>) {
-        let SideTable { pressure, status, .. } = self.table;
+    /// Draws the nodes at other coordinates, along a closed surface of length `period`. What has no coordinate or no pressure is
+    /// left out. A closed curve comes back to its first node.
+    fn place(&mut self, s: Vec<f64>, period: Option<f64>) {
+        self.period = period;
+        let SideTable { pressure, status, closed, .. } = self.table;
         let point = |(i, s): (usize, f64)| Point { s, pressure: pressure[i], touches: status[i] == 2 };
-        let all = s.into_iter().enumerate().map(point);
+        let back = s.first().copied().filter(|_| closed.is_some()).map(|first| {
+            // Along itself the first node is at the end, too; along another surface it stays where it is.
+            let own = s == self.table.s;
+            (0, if own { closed.unwrap_or(first) } else { first })
+        });
+        let all = s.into_iter().enumerate().chain(back).map(point);
         self.points = all.filter(|p| p.s.is_finite() && p.pressure.is_finite()).collect();
     }
 }
 
 impl Curve<'_> {
-    /// The line from one end of a range to the other: coordinate, m, and pressure, Pa.
-    pub fn within(&self, from: f64, to: f64) -> Vec<(f64, f64)> {
-        let mut line = Vec::new();
-        let mut push = |s: f64, pressure: f64| {
-            if (from..=to).contains(&s) {
-                line.push((s, pressure));
-            }
-        };
+    /// The curve within a range: coordinate, m, and pressure, Pa. One line, or on a closed surface one on either side of
+    /// where the coordinate begins anew.
+    pub fn within(&self, from: f64, to: f64) -> Vec<Vec<(f64, f64)>> {
+        let mut lines = vec![Vec::new()];
         for (i, p) in self.points.iter().enumerate() {
-            push(p.s, p.pressure);
-            let Some(q) = self.points.get(i + 1) else { continue };
-            // Where the line to the next node enters and leaves the range.
-            let mut cuts = [from, to];
-            if q.s < p.s {
-                cuts.reverse();
-            }
-            for s in cuts {
-                let t = (s - p.s) / (q.s - p.s);
-                if t > 0.0 && t < 1.0 {
-                    push(s, p.pressure + t * (q.pressure - p.pressure));
+            let start = (p.s, p.pressure);
+            let Some(q) = self.points.get(i + 1) else {
+                push(&mut lines, start, [from, to]);
+                continue;
+            };
+            let end = (q.s, q.pressure);
+            match self.period {
+                Some(period) if (q.s - p.s).abs() > 0.5 * period => {
+                    let seams = if p.s > q.s { [period, 0.0] } else { [0.0, period] };
+                    let ways = [(seams[0] - p.s).abs(), (q.s - seams[1]).abs()];
+                    let t = if ways[0] + ways[1] > 0.0 { ways[0] / (ways[0] + ways[1]) } else { 0.0 };
+                    let pressure = p.pressure + t * (q.pressure - p.pressure);
+                    piece(&mut lines, start, (seams[0], pressure), [from, to]);
+                    push(&mut lines, (seams[0], pressure), [from, to]);
+                    lines.push(Vec::new());
+                    piece(&mut lines, (seams[1], pressure), end, [from, to]);
                 }
+                _ => piece(&mut lines, start, end, [from, to]),
             }
         }
-        line
+        lines
+    }
+}
+
+/// Adds a point to the last line if it is in the range.
+fn push(lines: &mut [Vec<(f64, f64)>], point: (f64, f64), [from, to]: [f64; 2]) {
+    if let (true, Some(line)) = ((from..=to).contains(&point.0), lines.last_mut()) {
+        line.push(point);
+    }
+}
+
+/// Adds the start of a piece of a line, and where it enters and leaves the range.
+fn piece(lines: &mut [Vec<(f64, f64)>], start: (f64, f64), end: (f64, f64), range: [f64; 2]) {
+    push(lines, start, range);
+    let mut cuts = range;
+    if end.0 < start.0 {
+        cuts.reverse();
+    }
+    for s in cuts {
+        let t = (s - start.0) / (end.0 - start.0);
+        if t > 0.0 && t < 1.0 {
+            push(lines, (s, start.1 + t * (end.1 - start.1)), range);
+        }
     }
 }
 
@@ -106,7 +139,7 @@ fn sides(pair: &PairTables) -> Vec<Curve<'_>> {
     let mut curves: Vec<_> = drawn.iter().filter_map(curve).collect();
     // Side b runs the other way round its body: it is drawn backwards, so that what touches is drawn at one place.
     if let [a, b] = &mut curves[..] {
-        b.place(along(a.table, b.table));
+        b.place(along(a.table, b.table), a.table.closed);
     }
     curves
 }
@@ -174,15 +207,18 @@ pub(super) fn range(curves: &[Curve]) -> (f64, f64) {
 fn along(a: &SideTable, b: &SideTable) -> Vec<f64> {
     let closest = |x: &[f64; 3]| {
         let mut best = (f64::INFINITY, f64::NAN);
-        for i in 1..a.s.len() {
-            let (p, q) = (a.x[i - 1], a.x[i]);
+        let n = a.s.len();
+        // On a closed surface from the last node back to the first, too.
+        for i in 1..n + usize::from(a.closed.is_some()) {
+            let (p, q) = (a.x[i - 1], a.x[i % n]);
+            let end = if i < n { a.s[i] } else { a.closed.unwrap_or(a.s[0]) };
             let d: [f64; 3] = std::array::from_fn(|k| q[k] - p[k]);
             let length2: f64 = d.iter().map(|d| d * d).sum();
             let dot: f64 = (0..3).map(|k| (x[k] - p[k]) * d[k]).sum();
             let t = if length2 > 0.0 { (dot / length2).clamp(0.0, 1.0) } else { 0.0 };
             let distance2: f64 = (0..3).map(|k| (p[k] + t * d[k] - x[k]).powi(2)).sum();
             if distance2 < best.0 {
-                best = (distance2, a.s[i - 1] + t * (a.s[i] - a.s[i - 1]));
+                best = (distance2, a.s[i - 1] + t * (end - a.s[i - 1]));
             }
         }
         best.1
@@ -204,6 +240,8 @@ mod tests {
             pressure: vec![0.0; 3],
             force: zeros,
             status: status.to_vec(),
+            multipliers: true,
+            closed: None,
         }
     }
 
@@ -231,10 +269,37 @@ mod tests {
         let mut side = table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], [1; 3]);
         side.pressure = vec![0.0, 2.0, 6.0];
         let mut curve = Curve::new(0, String::new(), &side, (CURVES[0], 1, 1));
-        assert_eq!(curve.within(0.5, 1.5), [(0.5, 1.0), (1.0, 2.0), (1.5, 4.0)]);
-        curve.place(vec![2.0, 1.0, 0.0]);
-        assert_eq!(curve.within(0.5, 1.5), [(1.5, 1.0), (1.0, 2.0), (0.5, 4.0)]);
-        assert_eq!(curve.within(1.25, 1.5), [(1.5, 1.0), (1.25, 1.5)]);
+        assert_eq!(curve.within(0.5, 1.5), [[(0.5, 1.0), (1.0, 2.0), (1.5, 4.0)]]);
+        curve.place(vec![2.0, 1.0, 0.0], None);
+        assert_eq!(curve.within(0.5, 1.5), [[(1.5, 1.0), (1.0, 2.0), (0.5, 4.0)]]);
+        assert_eq!(curve.within(1.25, 1.5), [[(1.5, 1.0), (1.25, 1.5)]]);
+    }
+
+    /// Three nodes on a closed line of length 3, the other side turned by half a piece, and the other way round.
+    #[test]
+    fn a_closed_surface_is_drawn_all_round_and_without_a_line_across() {
+        let corner = |k: f64| [(TURN * k).cos(), (TURN * k).sin(), 0.0];
+        const TURN: f64 = std::f64::consts::TAU / 3.0;
+        let ring = |pressure: [f64; 3]| SideTable {
+            s: vec![0.0, 1.0, 2.0],
+            x: [0.0, 1.0, 2.0].map(corner).to_vec(),
+            closed: Some(3.0),
+            pressure: pressure.to_vec(),
+            ..table([0.0; 3], [0.0; 3], [2; 3])
+        };
+        let a = ring([1.0, 2.0, 3.0]);
+        let own = Curve::new(0, String::new(), &a, (CURVES[0], 1, 1));
+        assert_eq!(own.within(0.0, 3.0), [[(0.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 1.0)]]);
+        // Backwards, in the middles of the sides of the first.
+        let middle = |k: f64| std::array::from_fn(|c| 0.5 * (corner(k)[c] + corner(k + 1.0)[c]));
+        let b = SideTable { x: [1.0, 0.0, 2.0].map(middle).to_vec(), ..ring([4.0, 6.0, 8.0]) };
+        let mut other = Curve::new(1, String::new(), &b, (CURVES[1], 1, 1));
+        other.place(along(&a, &b), a.closed);
+        let lines = other.within(0.0, 3.0);
+        let expected = [vec![(1.5, 4.0), (0.5, 6.0), (0.0, 7.0)], vec![(3.0, 7.0), (2.5, 8.0), (1.5, 4.0)]];
+        let near = |(a, b): (&(f64, f64), &(f64, f64))| (a.0 - b.0).abs() + (a.1 - b.1).abs() < 1e-12;
+        let same = |(a, b): (&Vec<_>, &Vec<_>)| a.len() == b.len() && std::iter::zip(a, b).all(near);
+        assert!(lines.len() == 2 && std::iter::zip(&lines, &expected).all(same), "{lines:?}");
     }
 
     #[test]

@@ -108,8 +108,10 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, results: &Re
         .map_err(failed)?;
     for curve in curves {
         let shown = |(x, pressure): (f64, f64)| (x / s.factor, pressure / p.factor);
-        let line = curve.within(from, to).into_iter().map(shown);
-        chart.draw_series(LineSeries::new(line, curve.stroke)).map_err(failed)?;
+        for line in curve.within(from, to) {
+            let line = line.into_iter().map(shown);
+            chart.draw_series(LineSeries::new(line, curve.stroke)).map_err(failed)?;
+        }
         let touching = curve.points.iter().filter(|point| point.touches && (from..=to).contains(&point.s));
         let dot =
             |point: &Point| Circle::new(shown((point.s, point.pressure)), curve.dot, curve.colour.filled());
