@@ -35,7 +35,6 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// roots.
     pub fn run(&mut self, warm: Option<&[f64]>, mut progress: impl FnMut(&HistoryRow)) -> Result<Ended> {
         self.coupling.check_free(&self.g_free)?;
-        self.dual = Dual::new(self.coupling, self.coarse, self.rows, self.recorder.n_pairs());
         let (start, alpha) = match self.coarse.start(self.coupling.exchange, &self.g_free) {
             Ok(start) => start,
             Err(motion) => return Ok(Ended::Driven(motion)),
@@ -50,6 +49,8 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             (self.force, self.active) = (start.clone(), self.compressed(&start));
             return Ok(Ended::Outcome(self.outcome(Reason::Open)));
         }
+        let closed = self.compressed(&start);
+        self.dual = Dual::new(self.coupling, self.coarse, self.rows, self.recorder.n_pairs(), &closed);
         let guess = match warm {
             Some(warm) if self.largest(warm) > 0.0 => {
                 // Where the springs' forces are not known they start from rest.

@@ -16,6 +16,7 @@ const FLAT: f64 = 1e-13;
 const START_ITERATIONS: usize = 200;
 
 /// The free modes of all bodies.
+#[derive(Clone)]
 pub struct Coarse {
     /// Number of modes of all bodies.
     pub n: usize,
@@ -35,6 +36,7 @@ pub struct Coarse {
 }
 
 /// What is taken out of the problem: the part of the work and of the rows' displacements that belongs to held motions.
+#[derive(Clone)]
 struct Held {
     work: Vec<f64>,
     rows: Vec<[Vec<(usize, f64)>; 2]>,
@@ -130,6 +132,14 @@ impl Coarse {
             row.iter().flatten().for_each(|&(k, z)| pushed[k] += z * force);
         }
         std::iter::zip(&held.work, exchange.sum(&pushed)).map(|(work, pushed)| work - pushed).collect()
+    }
+
+    /// The same modes under no loads.
+    pub(super) fn unloaded(&self) -> Coarse {
+        let mut coarse = self.clone();
+        coarse.work.fill(0.0);
+        coarse.held.iter_mut().for_each(|held| held.work.fill(0.0));
+        coarse
     }
 
     /// True if springs resist all modes: each body stands without contact.
@@ -300,7 +310,13 @@ impl Coarse {
         direction: &[f64],
         open_ended: bool,
     ) -> Option<f64> {
-        let along: Vec<f64> = (0..gap.len()).map(|j| self.at(j, direction)).collect();
+        // What is round-off of bodies that move together closes nothing.
+        let along = |j: usize| {
+            let parts = self.rows[j].iter().flatten().map(|&(k, z)| (z * direction[k]).abs()).sum::<f64>();
+            let along = self.at(j, direction);
+            if along.abs() > SUM * parts { along } else { 0.0 }
+        };
+        let along: Vec<f64> = (0..gap.len()).map(along).collect();
         let pen: Vec<f64> = (0..gap.len()).map(|j| self.at(j, alpha) - gap[j]).collect();
         let work: f64 = std::iter::zip(&self.work, direction).map(|(e, d)| e * d).sum();
         let slope = |t: f64| -> [f64; 2] {

@@ -9,8 +9,11 @@ use super::{
 use crate::{error::Result, petsc::Symmetric, vector::larger};
 use std::ops::Range;
 
-/// Factorisations of F that a contact problem is reckoned to take, n^3 / 3 operations each.
+/// Factorisations on the closed rows that a contact problem is reckoned to take, m^3 / 3 operations each.
 const FACTORISATIONS: f64 = 10.0;
+
+/// Products with F, its scaling included, 2 n^2 operations each.
+const PRODUCTS: f64 = 50.0;
 
 /// Operations that nobody notices: a fraction of a second, less than the start of a run.
 const UNNOTICED: f64 = 1e9;
@@ -28,16 +31,18 @@ pub(super) struct Dual {
 }
 
 impl Dual {
-    /// Gathers F; `None` where a body has no compliance at hand, or where factorising F would cost more than condensing
-    /// the bodies has. The same on all roots. Collective on them.
+    /// Gathers F; `None` where a body has no compliance at hand, or where working with F would cost more than condensing
+    /// the bodies has. `closed`: rows that a first guess closes. The same on all roots. Collective on them.
     pub fn new<B: Respond>(
         coupling: &Coupling<B>,
         coarse: &Coarse,
         rows: &[PairRows],
         n_pairs: usize,
+        closed: &[bool],
     ) -> Option<Dual> {
         let exchange = coupling.exchange;
-        let mut counts = vec![0.0; n_pairs + 2];
+        let mut counts = vec![0.0; n_pairs + 3];
+        counts[n_pairs + 2] = closed[..coupling.n_rows].iter().filter(|c| **c).count() as f64;
         for end in coupling.ends.iter().filter(|end| end.multiplier) {
             counts[end.pair] = end.rows.len() as f64;
         }
@@ -48,8 +53,10 @@ impl Dual {
         let counts = exchange.sum(&counts);
         let first: Vec<usize> = (0..=n_pairs).map(|p| counts[..p].iter().sum::<f64>() as usize).collect();
         let n = first[n_pairs];
-        let work = FACTORISATIONS * (n as f64).powi(3) / 3.0;
-        if n == 0 || counts[n_pairs] > 0.0 || work > larger(counts[n_pairs + 1], UNNOTICED) {
+        let factorised = |n: f64| FACTORISATIONS * n.powi(3) / 3.0;
+        let work = factorised(counts[n_pairs + 2]) + PRODUCTS * 2.0 * (n as f64).powi(2);
+        let allowed = larger(counts[n_pairs + 1], UNNOTICED);
+        if n == 0 || counts[n_pairs] > 0.0 || work > allowed {
             return None;
         }
         let mut f = vec![0.0; n * n];
@@ -95,7 +102,9 @@ impl Dual {
         };
         let modes = modes.into_iter().map(scaled).collect();
         let a = Symmetric::from_lower_rows(n, f);
-        let quadratic = Quadratic { a, modes, stiffness: coarse.stiffness.clone(), pairs };
+        // The interior-point method factorises all of it.
+        let interior = factorised(n as f64) <= allowed;
+        let quadratic = Quadratic { a, modes, stiffness: coarse.stiffness.clone(), pairs, interior };
         Some(Dual { first, quadratic, scale, face: None })
     }
 

@@ -13,6 +13,7 @@ mod coarse;
 mod coupling;
 mod dual;
 mod guess;
+mod influence;
 mod projected_cg;
 mod quadratic;
 mod record;

@@ -51,6 +51,8 @@ pub(super) struct Quadratic {
     pub stiffness: Vec<f64>,
     /// Rows of each pair: what forces and gaps are compared with.
     pub pairs: Vec<Range<usize>>,
+    /// Whether the interior-point method may be asked.
+    pub interior: bool,
 }
 
 /// The right-hand sides, and where to begin.
@@ -105,7 +107,7 @@ impl Quadratic {
                 }
                 active = next;
             }
-            if inside {
+            if inside || !self.interior {
                 return Ok(last);
             }
             let Some(found) = self.interior(given)? else { return Ok(last) };
@@ -307,7 +309,7 @@ mod tests {
 
     fn problem(a: Symmetric, modes: Vec<Vec<f64>>) -> Quadratic {
         let (n, stiffness) = (a.n(), vec![0.0; modes.len()]);
-        Quadratic { a, modes, stiffness, pairs: Vec::from([Range { start: 0, end: n }]) }
+        Quadratic { a, modes, stiffness, pairs: Vec::from([Range { start: 0, end: n }]), interior: true }
     }
 
     #[test]

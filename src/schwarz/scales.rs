@@ -105,12 +105,16 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         std::iter::zip(&self.alpha, &self.coarse.stiffness).map(sprung).collect()
     }
 
-    /// What the contact forces change of each gap, but for rigid motions: the elastic approach, m.
+    /// What the contact forces change of each gap, but for rigid motions: the elastic approach, m. At least the dent of the row's
+    /// own force: how much of the rest is rigid motion depends on what holds a free body meanwhile.
     pub fn elastic_approach(&self) -> Vec<f64> {
         let at_rest = self.coarse.sprung(&self.coarse.work);
         let change: Vec<f64> =
             std::iter::zip(self.sprung(), at_rest).map(|(alpha, rest)| alpha - rest).collect();
-        let at = |j: usize| (self.gap[j] - self.g_free[j] - self.coarse.at(j, &change)).abs();
+        let at = |j: usize| {
+            let approach = (self.gap[j] - self.g_free[j] - self.coarse.at(j, &change)).abs();
+            larger(approach, ratio(self.force[j].abs(), self.coarse.scaling(j)))
+        };
         (0..self.coupling.n_rows).map(at).collect()
     }
 

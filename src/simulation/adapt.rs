@@ -2,7 +2,7 @@
 //!
 //! Energy: the fewest cells that hold a share of the squared error are cut (bulk criterion, Dorfler, SIAM J. Numer.
 //! Anal. 33 (1996) 1106). Contact pressure: the cells under the nodes whose pressure is off by more than the target, on
-//! both surfaces, and a smaller share of the error in energy, for what is wrong far off pollutes the pressure. All ranks
+//! both surfaces, and the cells whose errors change the peak most, wherever they are (dual-weighted). All ranks
 //! find the same cells; ties go together, so that what is symmetric stays so.
 use super::{
     adapted::{Adapted, Verdict},
@@ -354,16 +354,19 @@ fn mark(case: &Case, goal: Goal, solved: &Solved, world: &SimpleCommunicator) ->
         }))
         .collect();
     let total = first[case.bodies.len()];
-    let mut error2 = vec![0.0; total];
+    let mut errors = vec![0.0; total];
     for body in &solved.estimate().bodies {
         for cell in &body.cells {
-            error2[first[body.body] + cell.cell as usize] = cell.energy2;
+            errors[first[body.body] + cell.cell as usize] = match goal.quantity {
+                Quantity::Energy => cell.energy2,
+                Quantity::Pressure => cell.peaks,
+            };
         }
     }
-    let error2 = parallel::sum(world, &error2);
+    let errors = parallel::sum(world, &errors);
     let mut marked = match goal.quantity {
-        Quantity::Energy => bulk(&error2, BULK),
-        Quantity::Pressure => bulk(&error2, BULK_BESIDE_PRESSURE),
+        Quantity::Energy => bulk(&errors, BULK),
+        Quantity::Pressure => bulk(&errors, BULK_BESIDE_PRESSURE),
     };
     if goal.quantity == Quantity::Pressure {
         let under = under_pressure(goal, solved, world, &first, &marked);

@@ -12,13 +12,13 @@ use crate::{
     case::{Case, StepCase},
     contact::Surface,
     error::{Error, Result},
-    estimate::{BodyError, Estimate, MultiplierSide},
+    estimate::{BodyError, Change, Estimate, MultiplierSide, Solved},
     output::{Piece, RunInfo, State},
     parallel::{self, agree},
     record::{self, HistoryRow, LoadStep, Reason, StepSummary},
     scene::{ContactSide, Plan},
-    step::{self, Accepted, Advanced, End, Engine, Found, Scene},
-    vector::smaller,
+    step::{self, Accepted, Advanced, End, Engine, Found, Influence, Nodal, Scene},
+    vector::{ratio, smaller},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::time::Instant;
@@ -150,8 +150,9 @@ impl Run {
         accepted: Accepted,
     ) -> Result<(Reason, step::State)> {
         let Accepted { name, factors, advanced } = accepted;
-        let Advanced { state, mut found, contact } = advanced;
-        let measured = measure(case, plan, engine.bodies(), &state, &mut found, &contact, name, factors)?;
+        let Advanced { state, mut found, contact, influences } = advanced;
+        let measured =
+            measure(case, plan, engine.bodies(), &state, &mut found, &contact, &influences, name, factors)?;
         let reason = found.reason;
         self.counts.add(&measured.counts);
         if !reason.converged() && self.steps.iter().any(|step| step.reason.converged()) {
@@ -235,6 +236,7 @@ fn measure(
     state: &step::State,
     found: &mut Found,
     contact: &[Vec<f64>],
+    influences: &[(Influence, Nodal)],
     name: Option<&str>,
     factors: LoadFactors,
 ) -> Result<Measured> {
@@ -244,11 +246,27 @@ fn measure(
     start_fields(&mut piece, heated);
     let (mut balances, mut recovered, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     let mut motions = Vec::new();
+    let mut changes = vec![0.0; influences.len()];
     let ends = std::iter::zip(&state.bodies, contact);
     let finished = std::iter::zip(bodies, ends).enumerate().try_for_each(|(i, (body, (end, contact)))| {
         let u = body.with_ghosts(&groups.group, &end.displacement)?;
         let (fields, balance) = agree(&groups.group, body.recover(&u, contact))?;
-        let error = BodyError::new(body, end.body, &groups.group, &u, &fields)?;
+        let changed = influences.iter().map(|(_, changed)| {
+            let u = body.with_ghosts(&groups.group, &changed.displacement[i])?;
+            let fields = agree(&groups.group, body.point_stresses(&u))?;
+            Ok((u, fields))
+        });
+        let changed = changed.collect::<Result<Vec<_>>>()?;
+        let solved: Vec<Solved> = changed.iter().map(|(u, fields)| Solved { u, fields }).collect();
+        let own = Solved { u: &u, fields: &fields };
+        let (mut error, products) = BodyError::new(body, end.body, &groups.group, &own, &solved)?;
+        for ((sum, (influence, _)), products) in std::iter::zip(&mut changes, influences).zip(products) {
+            for (cell, product) in std::iter::zip(&mut error.cells, products) {
+                let change = ratio(product, influence.scale * influence.value);
+                *sum += change;
+                cell.peaks += change.abs();
+            }
+        }
         append(&mut piece, body, &fields, &error, end.body, heated);
         errors.push(error);
         motions.push(Motion::of_part(body, &fields, plan.meshes[i].points[0]));
@@ -260,7 +278,12 @@ fn measure(
     let probes = probe(case, plan, bodies, &recovered, world)?;
     let mut warnings = Vec::new();
     let (mut pairs, tables) = pair_results(case, found, world, &mut warnings);
-    let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, found));
+    let mut of_pairs = vec![None; case.contacts.len()];
+    for ((influence, _), stresses) in std::iter::zip(influences, parallel::sum(world, &changes)) {
+        let partners = influence.partners.map(|change| ratio(change, influence.value));
+        of_pairs[influence.pair] = Some(Change { stresses, partners });
+    }
+    let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, found), &of_pairs);
     std::iter::zip(&mut pairs, &estimate.pairs).for_each(|(p, e)| p.error_estimate = e.pressure);
     let n = case.bodies.len();
     let of_bodies = OfBodies::new(&balances, groups.bodies(), n, world);

@@ -6,10 +6,10 @@ use super::{
     place::{Damping, Place},
     rows::rigid_motion,
     state::{BodyState, PairState, State},
-    task::{Modes, Scene, Solution, Target, Task},
+    task::{Influence, Modes, Scene, Solution, Target, Task},
     text::gather_lines,
 };
-use crate::vector::larger;
+use crate::vector::{in_figures, larger};
 use crate::{
     body::{Body, Response, ResponseKind},
     case::{BodyRef, Case, ContactGeometry, Driver, ResponseCase, Tolerance},
@@ -31,6 +31,10 @@ const GEOMETRY_UPDATES: usize = 30;
 /// Motion of the surfaces from one geometry to the next, relative to their displacement, that is none: round-off of
 /// positions, whatever the tolerance.
 const SETTLED: f64 = 1e-10;
+
+/// Stretch or turn of surfaces, relative to their length, from which on there is nothing to follow: small strains take a facet
+/// turned by 45 degrees for one 1.4 times as long.
+const FOLLOWED: f64 = 1.0;
 
 /// An automatic tolerance is a tenth of the discretisation error; of few meshes it comes below this.
 const SELDOM_BELOW: f64 = 1e-8;
@@ -58,6 +62,8 @@ pub(crate) struct Advanced {
     pub state: State,
     pub found: Found,
     pub contact: Vec<Vec<f64>>,
+    /// What decides the peak pressures of the pairs; none where the driver does not tell.
+    pub influences: Vec<(Influence, Nodal)>,
 }
 
 /// Seconds that this rank has spent, waiting for others included.
@@ -75,9 +81,9 @@ pub(crate) struct Clock {
 
 /// What a step leaves for each body: contact nodal forces and displacements at the owned nodes.
 #[derive(Default)]
-struct Nodal {
-    contact: Vec<Vec<f64>>,
-    displacement: Vec<Vec<f64>>,
+pub(crate) struct Nodal {
+    pub contact: Vec<Vec<f64>>,
+    pub displacement: Vec<Vec<f64>>,
 }
 
 /// How soft a mode has to be to join the coarse space: in a chain of bodies, where it carries over what happens at one
@@ -181,6 +187,7 @@ impl Engine {
         let mut warm = from.pairs.clone();
         let mut found = Found::none();
         let mut end = Nodal::default();
+        let mut decisive = Vec::new();
         let mut damping = Damping::default();
         for update in 0..=GEOMETRY_UPDATES {
             if updated {
@@ -193,6 +200,7 @@ impl Engine {
             end = self.recover(plan, &solution)?;
             self.clock.recover += recovering.elapsed().as_secs_f64();
             warm = solution.pairs;
+            decisive = solution.influences;
             if !updated || !found.reason.converged() {
                 break;
             }
@@ -200,6 +208,17 @@ impl Engine {
                 displacement: self.at_interfaces(plan, &end.displacement),
                 supports: target.factors.supports,
             };
+            let stretch = self.contacts.as_ref().map_or(0.0, |contacts| contacts.stretch(scene, &now));
+            let stretch = parallel::max(&plan.groups.world, &[stretch])[0];
+            if stretch > FOLLOWED {
+                found.reason = Reason::ChecksFailed;
+                found.diagnosis.push(format!(
+                    "surfaces that are followed stretch or turn by up to {} times their length, which no small strain is: look at the \
+                     units of moduli, loads and lengths",
+                    in_figures(stretch)
+                ));
+                break;
+            }
             let moved = now.distance(&place, plan);
             place = damping.next(place, now, plan);
             if moved <= larger(found.tolerance, SETTLED) {
@@ -213,13 +232,17 @@ impl Engine {
                 ));
             }
         }
+        let influences = decisive
+            .into_iter()
+            .map(|(influence, solution)| Ok((influence, self.recover(plan, &solution)?)))
+            .collect::<Result<Vec<_>>>()?;
         self.look_beyond(scene, target, &end, &mut found);
         found.turned = gather_lines(&plan.groups.world, &found.turned);
         found.warnings = gather_lines(&plan.groups.world, &found.warnings);
         found.refuse_penetration(&plan.groups.world);
         self.clock.step += start.elapsed().as_secs_f64();
         let state = self.state(plan, target, end.displacement, warm);
-        Ok(Advanced { state, found, contact: end.contact })
+        Ok(Advanced { state, found, contact: end.contact, influences })
     }
 
     pub fn bodies(&self) -> &[Body] {
@@ -397,7 +420,8 @@ impl Engine {
             }
         };
         parallel::idle_barrier(world);
-        let (mut found, solution) = agree(world, outcome)?;
+        let (mut found, mut solution) = agree(world, outcome)?;
+        share_influences(world, &mut solution.influences);
         share_reason(world, &mut found.reason);
         found.tolerance = parallel::from_first(world, found.tolerance);
         found.free_modes = gather_lines(world, &found.free_modes);
@@ -494,6 +518,20 @@ impl Engine {
         self.rows_at = Some(place.clone());
         Ok(())
     }
+}
+
+/// Rank 0's, known to all. Rank 0 is always a group's first rank. Collective.
+fn share_influences(world: &SimpleCommunicator, influences: &mut Vec<(Influence, Solution)>) {
+    let numbers =
+        |(i, _): &(Influence, Solution)| [i.pair as f64, i.value, i.scale, i.partners[0], i.partners[1]];
+    let mut all: Vec<f64> = influences.iter().flat_map(numbers).collect();
+    parallel::broadcast(world, 0, &mut all);
+    let known = all.as_chunks::<5>().0;
+    let missing = known.iter().skip(influences.len());
+    let missing = missing.map(|&[pair, value, scale, own, others]| {
+        (Influence { pair: pair as usize, value, scale, partners: [own, others] }, Solution::default())
+    });
+    influences.extend(missing.collect::<Vec<_>>());
 }
 
 /// Nothing is open while a node of either surface lies inside the other body, whatever the mean gaps say. Collective on the

@@ -5,15 +5,21 @@ use super::{
     place::Place,
     rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
     state::{NodeState, PairState, State, Status},
-    task::{Scene, Solution, Task},
+    task::{Influence, Scene, Solution, Task},
 };
-use crate::vector::{larger, smaller, worst};
+use crate::vector::{self, larger, ratio, smaller, worst};
 use crate::{
     body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
     case::{Case, ContactGeometry, Driver, Gap, Tolerance},
-    contact::{Row, Surface, vector::dot},
+    contact::{
+        Row, Surface,
+        vector::{dot, sub},
+    },
     error::{Error, Result},
-    estimate::pressure::{self, Chain},
+    estimate::{
+        coarse,
+        pressure::{self, Chain},
+    },
     parallel::Exchange,
     record::{HistoryRow, Reason},
     scene::{ContactSide, Plan},
@@ -22,10 +28,14 @@ use crate::{
     },
 };
 use nalgebra::DMatrix;
-use std::collections::HashMap;
+use std::{collections::HashMap, ops::Range};
 
 /// Sagittas in doubt beyond this share of what the contact forces move the surfaces by change the pressure by as much.
 const UNCLEAR: f64 = 0.01;
+
+/// Share of the largest pressure from which a row belongs to the top of the peak: on a Hertz contact |x| <= 0.3 a. What the
+/// mesh makes wrong is rather the mean there than one value, which the stresses of no mesh know.
+const TOP: f64 = 0.95;
 
 /// Pairs and rows as the first rank of a group holds them.
 pub(crate) struct Contacts {
@@ -39,6 +49,9 @@ pub(crate) struct Contacts {
 /// Overlap over the size of a body from which on it is no fit: the tightest shrink fits of machines have 0.3 % of the
 /// diameter (ISO 286, p to zc), and the strain is about as large.
 const NO_FIT: f64 = 1e-2;
+
+/// Overlap over the size of a body from which on there is no answer to speak of: strains of this size are not small.
+const NO_ANSWER: f64 = 0.25;
 
 /// `gap from 1e-5 to 2e-5`, `overlap up to 1e-6`, `touching`.
 fn gap_in_words(rows: &[Row]) -> String {
@@ -84,22 +97,31 @@ impl Contacts {
         .collect()
     }
 
-    /// Overlaps at the start that no fit has, of the pairs whose multipliers are here.
-    pub fn overlaps(&self, case: &Case, plan: &Plan) -> Vec<String> {
+    /// Pairs whose multipliers are here and that overlap at the start by more than a share of the body's size, in words.
+    fn overlapping(&self, case: &Case, plan: &Plan, share: f64) -> Vec<(usize, String)> {
         let ends = ends_with_rows(&self.shares.ends, &self.pairs);
-        let warning = |(end, rows): (&End, &[Row])| {
+        let words = |(end, rows): (&End, &[Row])| {
             let overlap = worst(rows.iter().map(|row| -row.gap));
             let size = mesh_extent(&plan.meshes[end.body].points);
-            (overlap > NO_FIT * size).then(|| {
-                format!(
+            (overlap > share * size).then(|| {
+                let text = format!(
                     "contact '{}': the surfaces overlap by up to {overlap:.3e} at the start, {:.1} % of the size of the body \
-                     ({size:.3e}): no fit has so much; look at positions, units and gap",
+                     ({size:.3e})",
                     case.contacts[end.pair].name,
                     100.0 * overlap / size
-                )
+                );
+                (end.pair, text)
             })
         };
-        ends.filter_map(warning).collect()
+        ends.filter_map(words).collect()
+    }
+
+    /// Overlaps at the start that no fit has, of the pairs whose multipliers are here.
+    pub fn overlaps(&self, case: &Case, plan: &Plan) -> Vec<String> {
+        let overlapping = self.overlapping(case, plan, NO_FIT).into_iter();
+        overlapping
+            .map(|(_, text)| format!("{text}: no fit has so much; look at positions, units and gap"))
+            .collect()
     }
 
     pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
@@ -125,7 +147,38 @@ impl Contacts {
             nodes.dedup();
         });
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
-        Ok(Contacts { pairs, shares, held, gaps: None })
+        let contacts = Contacts { pairs, shares, held, gaps: None };
+        let hopeless = contacts.overlapping(case, plan, NO_ANSWER).into_iter().next();
+        let checked = match hopeless {
+            Some((pair, text)) => Err(case.contacts[pair].origin.error(&format!(
+                "{text}: strains would not be small; look at positions, units and gap, and whether the surfaces face each other"
+            ))),
+            None => Ok(contacts),
+        };
+        exchange.agree(checked)
+    }
+
+    /// By how much facets of surfaces that are followed stretch or turn, the largest, relative to their length.
+    pub fn stretch(&self, scene: &Scene, to: &Place) -> f64 {
+        let Scene { case, plan, .. } = *scene;
+        let mut largest = 0.0;
+        for (surface, side) in std::iter::zip(&plan.surfaces, &plan.ends) {
+            if case.contacts[side.pair].geometry != ContactGeometry::Updated {
+                continue;
+            }
+            let place = plan.place(side.body);
+            let at: HashMap<u32, &[f64; 3]> =
+                std::iter::zip(self.shares.interface[place].iter().copied(), &to.displacement[place])
+                    .collect();
+            for facet in &surface.facets {
+                let [a, b] = [facet[0], facet[1]].map(|n| n as usize);
+                let moved = [a, b].map(|n| at.get(&surface.nodes[n]).map_or([0.0; 3], |u| **u));
+                let size = |v: [f64; 3]| dot(&v, &v).sqrt();
+                let length = size(sub(&surface.points[b], &surface.points[a]));
+                largest = larger(largest, size(sub(&moved[1], &moved[0])) / length);
+            }
+        }
+        largest
     }
 
     /// Finds the rows again on the displaced surfaces. Collective on the roots.
@@ -286,7 +339,11 @@ impl Contacts {
                 return Err(unrestrained(task, &motion));
             }
         }
-        let (mut found, solution) = self.report(task, &driver, &projector, outcome);
+        let converged = outcome.reason.converged();
+        let (mut found, mut solution) = self.report(task, &driver, &projector, outcome);
+        if converged && task.target.is_end {
+            solution.influences = self.influences(task, &mut driver)?;
+        }
         // All first ranks have agreed on it.
         found.diagnosis.extend(not_finite.filter(|_| plan.groups.own == 0));
         Ok((found, solution))
@@ -369,6 +426,7 @@ impl Contacts {
             alpha: modes.map(|(&f, &count)| driver.alpha[f..f + count].to_vec()).collect(),
             relief: driver.coarse.relief(exchange, &driver.force),
             pairs: Vec::new(),
+            influences: Vec::new(),
         };
         let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
         let elastic = driver.elastic_approach();
@@ -399,6 +457,97 @@ impl Contacts {
             solution.pairs.push(PairState { pair: end.pair, side, nodes });
         }
         (found, solution)
+    }
+
+    /// What decides the peak pressure of each pair. Collective on the roots.
+    fn influences(
+        &self,
+        task: &Task,
+        driver: &mut ActiveSet<Response>,
+    ) -> Result<Vec<(Influence, Solution)>> {
+        let exchange = task.scene.exchange;
+        let mut found = Vec::new();
+        for pair in 0..task.scene.case.contacts.len() {
+            let Some((value, weights)) = self.peak_of(task, driver, pair) else { continue };
+            let (dual, motion) = driver.influence(weights)?;
+            let rows = driver.coupling.n_rows;
+            let largest = |v: &[f64]| vector::largest(&v[..rows]);
+            let sizes = exchange.max(&[largest(&driver.force), largest(&dual)]);
+            let scale = ratio(sizes[0], sizes[1]);
+            let sum = |a: &[f64], b: &[f64]| -> Vec<f64> {
+                std::iter::zip(a, b).map(|(a, b)| a + scale * b).collect()
+            };
+            let (force, alpha) = (sum(&driver.force, &dual), sum(&driver.alpha, &motion));
+            let changed = self.on_bodies(task, driver, &force, &alpha);
+            let partners = self.partners(task, driver, &dual, pair);
+            found.push((Influence { pair, value, scale, partners }, changed));
+        }
+        Ok(found)
+    }
+
+    /// Mean pressure of the peak of a pair, Pa, and its derivatives by the row forces, 1/m2; `None` if nothing touches.
+    /// Collective on the roots.
+    fn peak_of(&self, task: &Task, driver: &ActiveSet<Response>, pair: usize) -> Option<(f64, Vec<f64>)> {
+        let mut weights = vec![0.0; driver.coupling.n];
+        let mut sums = [0.0; 2];
+        for (range, data) in self.multipliers(driver).filter(|(_, data)| data.number == pair) {
+            let force = &driver.force[range.clone()];
+            let pressure: Vec<f64> = std::iter::zip(force, &data.rows).map(|(f, row)| f / row.area).collect();
+            let least = TOP * pressure.iter().copied().fold(0.0, larger);
+            for j in (0..force.len()).filter(|&j| pressure[j] > 0.0 && pressure[j] >= least) {
+                weights[range.start + j] = 1.0;
+                sums[0] += force[j];
+                sums[1] += data.rows[j].area;
+            }
+        }
+        let [force, area] = task.scene.exchange.sum(&sums)[..] else { return None };
+        weights.iter_mut().for_each(|w| *w /= area);
+        (area > 0.0).then(|| (force / area, weights))
+    }
+
+    /// [`Influence::partners`]. Collective on the roots.
+    fn partners(&self, task: &Task, driver: &ActiveSet<Response>, dual: &[f64], pair: usize) -> [f64; 2] {
+        let thickness = task.scene.case.analysis.thickness();
+        let mut sums = [0.0; 2];
+        for (range, data) in self.multipliers(driver).filter(|(_, data)| data.moduli[1].is_finite()) {
+            let forces = [&driver.force[range.clone()], &dual[range]];
+            let stiffness = data.moduli.map(|modulus| modulus * thickness);
+            let missing = coarse::missing(&data.rows, &data.grain, forces, stiffness);
+            // Near the peak itself a dual solution is as rough as the mesh: only a partner that is coarser tells.
+            match data.number == pair {
+                true => sums[0] += coarse::coarseness(&data.rows, forces[0]) * missing,
+                false => sums[1] += missing,
+            }
+        }
+        let sums = task.scene.exchange.sum(&sums);
+        [sums[0], sums[1]]
+    }
+
+    /// The pairs whose multipliers this rank holds, with the rows' places in a row vector.
+    fn multipliers(&self, driver: &ActiveSet<Response>) -> impl Iterator<Item = (Range<usize>, &Pair)> {
+        let ranges = driver.coupling.ranges.clone();
+        let ends = std::iter::zip(&self.shares.ends, ranges).filter(|(end, _)| end.multiplier);
+        ends.filter_map(|(end, range)| Some((range, self.pairs[end.pair].as_ref()?)))
+    }
+
+    /// Row forces and motions, body by body. Collective on the roots.
+    fn on_bodies(&self, task: &Task, driver: &ActiveSet<Response>, force: &[f64], alpha: &[f64]) -> Solution {
+        let exchange = task.scene.exchange;
+        let out: Vec<Vec<f64>> =
+            driver.coupling.ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
+        let received = exchange.swap(&out);
+        let modes = std::iter::zip(&task.modes.first, &task.modes.counts);
+        let mut solution = Solution {
+            force: driver.coupling.bodies.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
+            alpha: modes.map(|(&f, &count)| alpha[f..f + count].to_vec()).collect(),
+            relief: driver.coarse.relief(exchange, force),
+            ..Solution::default()
+        };
+        for (i, end) in self.shares.ends.iter().enumerate() {
+            let values = if end.multiplier { &out[i] } else { &received[i] };
+            solution.force[end.body][end.rows.clone()].copy_from_slice(values);
+        }
+        solution
     }
 
     /// A warning for each pair whose gaps depend on what the nodes of a mesh do not tell: curve or polygon. `elastic`: what

@@ -47,7 +47,8 @@ pub(crate) fn march<'p>(
     let least = if updated || !scene.case.steps.is_empty() { LEAST } else { 1.0 };
     let mut state = State::start();
     let mut number = 1;
-    for step in path {
+    for (i, step) in path.iter().enumerate() {
+        let is_final = i + 1 == path.len();
         let target =
             LoadFactors { loads: step.loads, supports: step.supports, temperature: step.temperature };
         let from = state.factors;
@@ -57,7 +58,12 @@ pub(crate) fn march<'p>(
             let is_last = reached >= 1.0;
             let factors = if is_last { target } else { from.toward(&target, reached) };
             let name = step.name.as_deref().filter(|_| is_last);
-            let tried = engine.advance(scene, &state, Target { number, factors }, &mut progress);
+            let tried = engine.advance(
+                scene,
+                &state,
+                Target { number, factors, is_end: is_last && is_final },
+                &mut progress,
+            );
             let failure = match tried {
                 Ok(advanced) => match accept(engine, Accepted { name, factors, advanced })? {
                     (reason, accepted) if reason.converged() => {

@@ -12,10 +12,10 @@ mod state;
 mod task;
 mod text;
 
-pub(crate) use advance::{Advanced, Engine};
+pub(crate) use advance::{Advanced, Engine, Nodal};
 pub(crate) use contacts::Contacts;
 pub(crate) use found::{EndFound, Found};
 pub(crate) use march::{Accepted, End, march};
 pub use state::{BodyState, NodeState, PairState, State, Status};
-pub(crate) use task::{Scene, Target};
+pub(crate) use task::{Influence, Scene, Target};
 pub(crate) use text::gather_lines;

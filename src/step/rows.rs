@@ -1,5 +1,6 @@
 //! Contact rows of the pairs, and the bodies' shares of them.
-use crate::tolerances::HELD_DIRECTION;
+use crate::estimate::coarse::Grain;
+use crate::tolerances::{HELD_DIRECTION, HELD_PRESCRIBED};
 use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
@@ -35,6 +36,10 @@ pub(crate) struct Pair {
     pub cover: Vec<Option<[f64; 2]>>,
     /// How far the surfaces may lie from what the gap of each row was measured with, m: [`Surface::sagitta_in_doubt`].
     pub doubt: Vec<f64>,
+    /// Index in the case.
+    pub number: usize,
+    /// The surface with the multipliers.
+    pub grain: Grain,
     /// Rows beyond the search distance: they must not come to penetrate.
     pub beyond: Vec<Row>,
     /// Plane moduli of the bodies on the multiplier and the mortar side, Pa; infinite: rigid.
@@ -132,15 +137,26 @@ fn one_pair(
             )
         }
     };
-    // A row that supports hold on all sides that it acts on carries a support's force, not a contact's.
+    // A row that supports hold on all sides that it acts on, but for next to nothing, carries a support's force, not a
+    // contact's: where surfaces slip past a clamp by little, what neighbours have of the row there could close a gap only by
+    // huge forces.
     let held = [held[multiplier], held[1 - multiplier]];
     let is_held = |row: &Row| {
         [0, 1].map(|s| {
             row.terms[s].iter().all(|&(node, _)| held[s].get(node as usize).copied().unwrap_or(true))
         })
     };
-    let yields =
-        |(row, acts): &(Row, Acts)| std::iter::zip(acts, is_held(row)).any(|(acts, held)| *acts && !held);
+    let yields = |(row, acts): &(Row, Acts)| {
+        let (mut free, mut all) = (0.0, 0.0);
+        for (s, terms) in row.terms.iter().enumerate().filter(|(s, _)| acts[*s]) {
+            for (node, v) in terms {
+                let size = dot(v, v).sqrt();
+                all += size;
+                free += if held[s].get(*node as usize).copied().unwrap_or(true) { 0.0 } else { size };
+            }
+        }
+        free > HELD_PRESCRIBED * all
+    };
     let (near, beyond): (Vec<_>, Vec<_>) = all
         .into_iter()
         .filter(yields)
@@ -172,6 +188,8 @@ fn one_pair(
         cover,
         doubt,
         beyond: beyond.into_iter().map(|(row, _)| row).collect(),
+        number: pair,
+        grain: Grain::new(own),
         moduli: [moduli[multiplier], moduli[1 - multiplier]],
         mortar_nodes: nodes.len(),
         rigid_motion,
