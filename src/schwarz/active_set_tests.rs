@@ -294,8 +294,8 @@ fn a_body_without_load_is_pushed_away_until_it_touches() {
 fn the_influence_of_the_gaps_on_the_forces() {
     let n = 41;
     let ends = [
-        End { pair: 0, multiplier: true, body: 0, rows: 0..n },
-        End { pair: 0, multiplier: false, body: 1, rows: 0..n },
+        End { pair: 0, multiplier: true, body: 0, rows: 0..n, watched: Vec::new() },
+        End { pair: 0, multiplier: false, body: 1, rows: 0..n, watched: Vec::new() },
     ];
     // Held by supports; pressed by a force, so that contact alone holds it.
     for is_free in [false, true] {
@@ -323,7 +323,8 @@ fn the_influence_of_the_gaps_on_the_forces() {
             let coarse = Coarse::new(&coupling, modes, &[0, modes], vec![0.7; n]);
             let limits = Limits { tolerance: 1e-11, max_alternations: 500 };
             let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
-            driver.run(None, |_| {}).expect("no library fails").expect("it is held");
+            let ended = driver.run(None, |_| {}).expect("no library fails");
+            assert!(matches!(ended, Ended::Outcome(_)), "it is held");
             let c: Vec<f64> = x.iter().map(|x| if x.abs() < 0.2 { 1.0 } else { 0.0 }).collect();
             let value: f64 = std::iter::zip(&c, &driver.force).map(|(c, f)| c * f).sum();
             let (dual, _) = driver.influence(c).expect("no library fails");
