@@ -6,12 +6,12 @@ use nalgebra::{DMatrix, Dyn, SymmetricEigen};
 
 /// The larger of two; not a number if either is not one.
 pub fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
+    if a.is_nan() || a >= b { a } else { b }
 }
 
 /// The smaller of two; not a number if either is not one.
 pub fn smaller(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a < b { a } else { b }
+    if a.is_nan() || a <= b { a } else { b }
 }
 
 /// The largest value, at least zero; not a number if one of them is not.
