@@ -1,10 +1,15 @@
 //! What the partner of a contact surface cannot follow because its mesh is coarser.
 //!
-//! The stresses of a mesh that is coarse against the contact do not show what it leaves out. But near the surface every
-//! body is a half-plane, which forces R per thickness t push in by -2 / (pi E' t) ln|x - y| R, and a mesh with nodes at
-//! distances h answers forces and displacements as if each were spread over c h around its node. What the partner should
-//! give way to, with the forces where the finer surface has them, less what it does give way to, with the forces at its
-//! own nodes, is the error of its compliance.
+//! The stresses of a mesh that is coarse against the contact do not show what it leaves out. But near its surface every
+//! body is a half-plane, which forces R per thickness t push in by -2 / (pi E' t) ln|x - y| R. The partner answers them only
+//! as its nodes see them, and only where its nodes are: as if they were W A^-1 W'R, with W the transfer from its nodes to the
+//! rows and A the nodes' areas. With q = R - W A^-1 W'R, and q' that of the dual forces, -2 / (pi E' t) sum q_i ln d_ij q'_j is
+//! what it fails to give way to; nothing of a uniform pressure. At one of its nodes alone a force is taken to push
+//! in by ln 2 pi - ln H (2.76 - ln H at the ends of quadratic facets), H being their length; measured on square meshes are 1.33
+//! with tri3, 2.27 with quad4 (2.59 with tri6, 2.85 with quad8).
+//!
+//! The dual forces are those of the partner as it is. On what it cannot follow at all the own body alone gives way; with a
+//! partner that did they would be E'_partner / (E'_own + E'_partner) of that.
 use crate::contact::{
     Row, Surface,
     vector::{dot, norm, sub},

@@ -1,5 +1,5 @@
-//! A-posteriori estimate of the discretisation error: in energy from recovered stresses, in contact pressure from
-//! recovered pressures.
+//! A-posteriori estimate of the discretisation error: in energy from recovered stresses; in contact pressure from
+//! recovered pressures, and from what the errors in energy of all bodies change of the peak.
 //!
 //! Energy: the stresses sigma_h at the points of the cells around a node are fitted by a polynomial (superconvergent
 //! patch recovery, Zienkiewicz and Zhu, Int. J. Numer. Meth. Engng 33 (1992) 1331 and 1365); the nodal values of the
@@ -8,6 +8,10 @@
 //! |e|^2 = int (sigma* - sigma_h) : C^-1 (sigma* - sigma_h) t dA,   |u_h|^2 = int sigma_h : C^-1 sigma_h t dA,
 //!
 //! and the relative error of a body, or of all together, is |e| / sqrt(|u_h|^2 + |e|^2).
+//!
+//! Peak: what the errors change of it is their scalar product in energy with the errors of the dual solution (Becker and
+//! Rannacher, Acta Numerica 10 (2001) 1; Ainsworth and Oden, A Posteriori Error Estimation, Wiley 2000, chapter 8), and what no
+//! stress of a coarse mesh shows is found on the surface alone ([`coarse`]).
 pub(crate) mod coarse;
 mod energy;
 mod patch;

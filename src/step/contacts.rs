@@ -521,11 +521,12 @@ impl Contacts {
         for (range, data) in self.multipliers(driver).filter(|(_, data)| data.moduli[1].is_finite()) {
             let forces = [&driver.force[range.clone()], &dual[range]];
             let stiffness = data.moduli.map(|modulus| modulus * thickness);
-            let missing = coarse::missing(&data.rows, &data.grain, forces, stiffness);
+            let missing = || coarse::missing(&data.rows, &data.grain, forces, stiffness);
             // Near the peak itself a dual solution is as rough as the mesh: only a partner that is coarser tells.
-            match data.number == pair {
-                true => sums[0] += coarse::coarseness(&data.rows, forces[0]) * missing,
-                false => sums[1] += missing,
+            match (data.number == pair, coarse::coarseness(&data.rows, forces[0])) {
+                (true, coarseness) if coarseness > 0.0 => sums[0] += coarseness * missing(),
+                (true, _) => {}
+                (false, _) => sums[1] += missing(),
             }
         }
         let sums = task.scene.exchange.sum(&sums);
