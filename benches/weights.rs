@@ -7,9 +7,11 @@
 //! by (0, -2e-4) m. Counted: alternations until the contact forces are within 1e-8 of the discrete solution.
 use kontakt::vector::smaller;
 use kontakt::{
-    Result, case, petsc,
-    schwarz::{Alternation, Reason, Settings, Watch, weights::Weights},
-    simulation::Interface,
+    Result,
+    body::Response,
+    case, petsc,
+    schwarz::{ActiveSet, Alternation, Coarse, Coupling, Limits, PairRows, Reason, Watch, weights::Weights},
+    simulation::{Plan, on_contact_rows},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::fmt::Write;
@@ -119,26 +121,26 @@ impl<I: Iterator<Item = f64>> RevList for I {}
 
 /// Alternations until the contact forces are within 1e-8 of `exact`, or how it fails.
 fn count(
-    case: &case::Case,
-    interface: &mut Interface,
+    coupling: &mut Coupling<Response>,
+    rows: &[PairRows],
+    coarse: &Coarse,
     weights: Weights,
     exact: &mut Option<Vec<f64>>,
 ) -> Result<String> {
-    let exchange = interface.plan.exchange(case);
-    let sides = interface.sides().to_vec();
     // The reference must be converged far below what is measured.
-    let (tolerance, limit) = if exact.is_none() { (1e-13, 60) } else { (1e-30, 300) };
-    let settings = Settings { weights, tolerance, max_alternations: limit };
-    let mut alternation = Alternation::new(&mut interface.compliances, &sides, &exchange, settings)?;
+    let limit = if exact.is_none() { 60 } else { 300 };
+    let limits = Limits { tolerance: 1e-30, max_alternations: limit };
+    let mut state = ActiveSet::new(coupling, rows, coarse, limits, 1, 1);
+    let mut alternation = Alternation::new(&mut state, weights, None)?;
     let mut watch = Watch::new(0.0);
     let mut errors = Vec::new();
     for _ in 0..limit {
-        let measures = alternation.alternate()?;
-        let forces: Vec<f64> = alternation.states.iter().flat_map(|s| s.force.clone()).collect();
+        let measures = alternation.alternate(|_| {})?;
+        let forces = &alternation.rows.force;
         let Some(exact) = exact.as_ref() else { continue };
         let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|f| f * f).sum::<f64>().sqrt();
         let size = norm(&mut exact.iter().copied());
-        errors.push(norm(&mut std::iter::zip(&forces, exact).map(|(f, e)| f - e)) / size);
+        errors.push(norm(&mut std::iter::zip(forces, exact).map(|(f, e)| f - e)) / size);
         if errors.last().is_some_and(|e| *e <= 1e-8) {
             return Ok(errors.len().to_string());
         }
@@ -147,7 +149,7 @@ fn count(
         }
     }
     if exact.is_none() {
-        *exact = Some(alternation.states.iter().flat_map(|s| s.force.clone()).collect());
+        *exact = Some(alternation.rows.force.clone());
         return Ok(String::new());
     }
     let best = errors.iter().copied().fold(f64::INFINITY, smaller);
@@ -168,13 +170,16 @@ fn table(world: &SimpleCommunicator) -> Result<String> {
         let file = directory.join("case.toml");
         std::fs::write(&file, case_text(ratio)).map_err(kontakt::Error::internal)?;
         let case = case::read(&file, None, &[])?;
-        let mut interface = Interface::new(&case, world)?;
-        let mut exact = None;
-        count(&case, &mut interface, Weights::Stiffness, &mut exact)?;
-        let mut row = format!("| {ratio:e} |");
-        for (_, weights) in WEIGHTS {
-            row += &format!(" {} |", count(&case, &mut interface, weights, &mut exact)?);
-        }
+        let plan = Plan::new(&case, world)?;
+        let row = on_contact_rows(&case, &plan, |coupling, rows, coarse| {
+            let mut exact = None;
+            count(coupling, rows, coarse, Weights::Stiffness, &mut exact)?;
+            let mut row = format!("| {ratio:e} |");
+            for (_, weights) in WEIGHTS {
+                row += &format!(" {} |", count(coupling, rows, coarse, weights, &mut exact)?);
+            }
+            Ok(row)
+        })?;
         println!("{row}");
         text += &row;
         text.push('\n');

@@ -20,6 +20,7 @@ pub mod simulation;
 mod stable_hash;
 pub mod step;
 pub mod study;
+mod tolerances;
 pub mod vector;
 
 pub use error::{Error, Result};

@@ -129,7 +129,7 @@ fn abort_on_panic() {
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         report(info);
-        petsc::abort();
+        parallel::end_all(1);
     }));
 }
 

@@ -3,11 +3,12 @@ use super::{
     Body, Constraints, Elements, Fixing, FreeModes, Interface, LoadFactors, NodeConstraint, ResponseKind,
     assembly::{Assembled, Model},
     condense_estimate,
+    cost::SharedCost,
     load::Loads,
     options_prefix,
     soft::Split,
-    system::{Setting, SharedCost, System},
-    temperatures,
+    system::{Setting, System},
+    temperature::temperatures,
 };
 use crate::{
     case::{Analysis, BodyCase},

@@ -2,24 +2,17 @@
 //!
 //! With the Schur complement S = L L' and the rows J (held components left out), C = J S^-1 J' = Y'Y, Y = L^-1 J'.
 use super::{
-    Body, Interface,
-    interface::contact_force,
-    response::RowValues,
-    system::{SharedCost, System},
+    Body, Interface, cost::SharedCost, interface::contact_force, row_values::RowValues, system::System,
 };
+use crate::tolerances::HELD_COMPLIANCE;
 use crate::{
     error::{Error, Result},
     petsc::{Cholesky, Stage, Symmetric},
     schwarz::Spring,
+    vector::pseudo_inverse,
 };
 use nalgebra::{DMatrix, DVector};
 use std::{rc::Rc, time::Instant};
-
-/// A row whose compliance is below this share of the mean is held by a support.
-const HELD: f64 = 1e-9;
-
-/// Modes whose stiffness on the active rows is below this share of the largest are not seen by them.
-const UNSEEN: f64 = 1e-10;
 
 /// Where rows depend on each other, a displacement step takes the compliance plus this share of its mean diagonal: a
 /// preconditioner that is bounded where the body has nothing to say.
@@ -31,10 +24,10 @@ const UNILATERAL_UPDATES: usize = 60;
 /// The answer; without rows on ranks other than the first.
 pub struct Condensed {
     pub(super) values: RowValues,
-    interface: Rc<Interface>,
+    pub(super) interface: Rc<Interface>,
     system: Rc<System>,
     cost: SharedCost,
-    dim: usize,
+    pub(super) dim: usize,
     /// C, m/N.
     compliance: Symmetric,
     step: Option<Step>,
@@ -107,7 +100,7 @@ impl Condensed {
     pub(super) fn prescribe(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>> {
         let mut force = vec![0.0; inward.len()];
         // A support holds the other rows: no force moves them, and none resists.
-        let least = HELD * self.compliance.mean_diagonal();
+        let least = HELD_COMPLIANCE * self.compliance.mean_diagonal();
         let yields = |i: usize| self.compliance.at(i, i) > least;
         let chosen: Vec<usize> = (0..active.len()).filter(|&i| active[i] && yields(i)).collect();
         if chosen.is_empty() {
@@ -195,13 +188,13 @@ impl Condensed {
         Ok(None)
     }
 
-    pub(super) fn interface_displacements(&self, force: &[f64], alpha: &[f64]) -> Result<Vec<[f64; 3]>> {
+    /// Displacements at the interface nodes under row forces alone, m.
+    pub(super) fn interface_displacements(&self, force: &[f64]) -> Result<Vec<f64>> {
         let Some(factor) = self.system.interface_factor() else { return Ok(Vec::new()) };
         let f = contact_force(&self.values.rows, force, self.interface.nodes.len(), self.dim);
         let mut u = self.interface.constraints.to_frames(&f, self.dim);
         factor.solve(&mut u)?;
-        let u = self.interface.constraints.from_frames(&u, self.dim);
-        Ok(self.interface.at_given(&self.values.complete(u, alpha), self.dim))
+        Ok(self.interface.constraints.from_frames(&u, self.dim))
     }
 }
 
@@ -232,18 +225,6 @@ impl Step {
         springs.iter().for_each(|s| stiffness[(s.mode, s.mode)] += s.stiffness * s.lever * s.lever);
         Ok(Step { coarse: pseudo_inverse(stiffness), active, factor, forces })
     }
-}
-
-/// Inverse on the eigenvectors whose eigenvalue is not [`UNSEEN`], zero on the others.
-pub(super) fn pseudo_inverse(a: DMatrix<f64>) -> DMatrix<f64> {
-    if a.is_empty() {
-        return a;
-    }
-    let n = a.nrows();
-    let Some(mut eigen) = crate::vector::symmetric_eigen(a) else { return DMatrix::zeros(n, n) };
-    let largest = eigen.eigenvalues.max();
-    eigen.eigenvalues.apply(|v| *v = if *v > UNSEEN * largest { 1.0 / *v } else { 0.0 });
-    eigen.recompose()
 }
 
 fn dot(a: impl Iterator<Item = f64>, b: &[f64]) -> f64 {

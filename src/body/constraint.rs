@@ -1,5 +1,5 @@
 //! Supports: which displacement components of which nodes are prescribed, in which frame.
-use super::{region::find_nodes, rigid::Fixing};
+use super::region::find_nodes;
 use crate::{
     case::BodyCase,
     contact::vector::{dot, norm},
@@ -7,6 +7,21 @@ use crate::{
     mesh::{Mesh, MeshPart},
 };
 use std::collections::BTreeMap;
+
+/// A further zero constraint that holds a free motion in the stiffness matrix. It carries no force at equilibrium.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fixing {
+    /// Node of the mesh.
+    pub node: u32,
+    /// Which direction of its frame, not a support's.
+    pub component: usize,
+    /// That direction.
+    pub direction: [f64; 3],
+    /// The frame, `None` for that of the node's support.
+    pub frame: Option<[[f64; 3]; 3]>,
+    /// Coordinates of the node, m.
+    pub point: [f64; 3],
+}
 
 /// The support of one node.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,9 +49,9 @@ impl NodeConstraint {
     /// The supports, at zero displacement, and further `directions` held at zero, linearly dependent ones left out.
     pub fn and_held(&self, directions: &[[f64; 3]], dim: usize) -> NodeConstraint {
         let supports = (0..dim).filter(|&c| self.prescribed[c].is_some()).map(|c| self.direction(c));
-        let rows: Vec<Row> = supports
+        let rows: Vec<Condition> = supports
             .chain(directions.iter().copied())
-            .map(|direction| Row { direction, value: 0.0 })
+            .map(|direction| Condition { direction, value: 0.0 })
             .collect();
         node_constraint(&rows, dim)
     }
@@ -66,7 +81,7 @@ impl NodeConstraint {
 pub struct Constraints(pub BTreeMap<u32, NodeConstraint>);
 
 /// A prescribed displacement along a direction.
-struct Row {
+struct Condition {
     direction: [f64; 3],
     value: f64,
 }
@@ -78,7 +93,7 @@ impl Constraints {
     /// Collects the supports of a body over its whole mesh. Two supports of one node in the same direction must
     /// agree; in different directions they add up, oblique ones too.
     pub fn new(case: &BodyCase, mesh: &Mesh) -> Result<Constraints> {
-        let mut rows: BTreeMap<u32, Vec<Row>> = BTreeMap::new();
+        let mut rows: BTreeMap<u32, Vec<Condition>> = BTreeMap::new();
         for support in &case.supports {
             let (sin, cos) = support.angle.sin_cos();
             let axes = [[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]];
@@ -92,7 +107,7 @@ impl Constraints {
                         return Err(support.origin.error(text));
                     }
                     let rows = rows.entry(node).or_default();
-                    add_row(rows, Row { direction, value })
+                    add_row(rows, Condition { direction, value })
                         .map_err(|text| support.origin.error(format!("{text} at ({}, {})", x[0], x[1])))?;
                 }
             }
@@ -157,7 +172,7 @@ impl Constraints {
 }
 
 /// Adds a row unless it repeats another; an error if it contradicts one.
-fn add_row(rows: &mut Vec<Row>, row: Row) -> std::result::Result<(), String> {
+fn add_row(rows: &mut Vec<Condition>, row: Condition) -> std::result::Result<(), String> {
     for known in rows.iter() {
         let cos = dot(&known.direction, &row.direction);
         if 1.0 - cos.abs() < PARALLEL * PARALLEL + f64::EPSILON {
@@ -177,7 +192,7 @@ fn add_row(rows: &mut Vec<Row>, row: Row) -> std::result::Result<(), String> {
 }
 
 /// Orthonormal frame whose first directions span the rows, and the values along them.
-fn node_constraint(rows: &[Row], dim: usize) -> NodeConstraint {
+fn node_constraint(rows: &[Condition], dim: usize) -> NodeConstraint {
     let fixed = [false; 3];
     let axis = |d: &[f64; 3]| (0..dim).find(|&c| d[c].abs() == 1.0);
     if let Some(axes) = rows.iter().map(|r| axis(&r.direction)).collect::<Option<Vec<_>>>() {
@@ -213,14 +228,14 @@ fn node_constraint(rows: &[Row], dim: usize) -> NodeConstraint {
 mod tests {
     use super::*;
 
-    fn row(angle: f64, value: f64) -> Row {
-        Row { direction: [angle.cos(), angle.sin(), 0.0], value }
+    fn row(angle: f64, value: f64) -> Condition {
+        Condition { direction: [angle.cos(), angle.sin(), 0.0], value }
     }
 
     #[test]
     fn oblique_rows_meet_in_one_point() {
         let (rows, u) = ([row(0.3, 0.0), row(1.2, 0.0)], [2e-3, -1e-3, 0.0]);
-        let rows = rows.map(|r| Row { value: dot(&r.direction, &u), ..r });
+        let rows = rows.map(|r| Condition { value: dot(&r.direction, &u), ..r });
         let c = node_constraint(&rows, 2);
         for (i, u) in u.iter().enumerate().take(2) {
             let back: f64 = (0..2).map(|k| c.direction(k)[i] * c.prescribed[k].unwrap()).sum();

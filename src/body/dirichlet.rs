@@ -4,7 +4,8 @@
 //! A row of one node is prescribed as it is. A node of several rows takes the mean of their values per unit of the row,
 //! weighted by the size of the row's vector at the node, W inward, and each row gets W' of the nodes' reactions: the
 //! operator W' S W is symmetric and positive semi-definite, and the sum of R is the sum of the reactions.
-use super::{BodyRow, Constraints, NodeConstraint, Solver};
+use super::{BodyRow, Constraints, NodeConstraint, parts::Parts};
+use crate::tolerances::HELD_PRESCRIBED;
 use crate::{
     contact::vector::{self, combine, dot, norm},
     error::{Error, Result},
@@ -18,9 +19,6 @@ use std::collections::BTreeMap;
 /// Rows whose directions at a node have at least this cosine prescribe one direction; others (another surface at a
 /// corner) a second one.
 const SAME: f64 = 0.7;
-
-/// A direction of which supports leave less than this cannot be prescribed.
-const HELD: f64 = 0.1;
 
 /// The vectors of a row add up to about 1; a row of less than this has no direction.
 const VOID: f64 = 0.1;
@@ -53,11 +51,11 @@ struct Prescribed {
 
 impl Dirichlet {
     /// Assembles and factorises. Collective.
-    pub fn new(solver: &Solver, group: &SimpleCommunicator) -> Result<Dirichlet> {
+    pub fn new(body: &Parts, group: &SimpleCommunicator) -> Result<Dirichlet> {
         let _stage = Stage::Factor.enter();
-        let nodes = prescribed_nodes(solver);
-        let held = held_directions(solver, group, &nodes);
-        let model = &solver.model;
+        let nodes = prescribed_nodes(body);
+        let held = held_directions(body, group, &nodes);
+        let model = &body.model;
         let dim = model.part.dim;
         let mut constraints = Constraints::default();
         for (local, original) in model.part.original.iter().enumerate() {
@@ -69,12 +67,12 @@ impl Dirichlet {
                 constraints.0.insert(local, own.and_held(directions.map_or(&[], Vec::as_slice), dim));
             }
         }
-        let temperature = solver.temperature.as_ref().map(|t| &t[..]);
+        let temperature = body.temperature.as_ref().map(|t| &t[..]);
         let matrix = model.parameters(temperature, &constraints).stiffness(group)?.matrix;
         let marked: Vec<bool> = model.part.original.iter().map(|node| held.contains_key(node)).collect();
         let free = Constraints::default();
         let near = model.parameters(temperature, &free).stiffness_near(group, &marked)?;
-        let setting = solver.system.setting();
+        let setting = body.system.setting();
         let ksp =
             Ksp::new(group, &matrix, &setting.prefix, setting.tolerance).map_err(|e| setting.of_body(e))?;
         ksp.set_up().map_err(|e| match e {
@@ -88,10 +86,10 @@ impl Dirichlet {
     }
 
     /// Row forces that push the rows inwards by `inward`, m; on the first rank, where it is given. Collective.
-    pub fn solve(&self, solver: &Solver, group: &SimpleCommunicator, inward: &[f64]) -> Result<Vec<f64>> {
-        let dim = solver.model.part.dim;
-        let owned = &solver.interface.owned;
-        let mut u = vec![0.0; solver.model.part.n_owned * dim];
+    pub fn solve(&self, body: &Parts, group: &SimpleCommunicator, inward: &[f64]) -> Result<Vec<f64>> {
+        let dim = body.model.part.dim;
+        let owned = &body.interface.owned;
+        let mut u = vec![0.0; body.model.part.n_owned * dim];
         for p in &self.nodes {
             for (inverse, rows) in std::iter::zip(&p.inverse, &p.rows) {
                 let outward = -rows.iter().map(|&(row, weight)| weight * inward[row]).sum::<f64>();
@@ -104,8 +102,8 @@ impl Dirichlet {
         self.near.times(&x, &f)?;
         let load: Vec<f64> = f.to_vec()?.iter().map(|f| -f).collect();
         b.set(&self.constraints.to_frames(&load, dim))?;
-        self.ksp.solve(&b, &x).map_err(|e| solver.system.setting().of_body(e))?;
-        solver.cost.add(|c| c.solves += 1);
+        self.ksp.solve(&b, &x).map_err(|e| body.system.setting().of_body(e))?;
+        body.cost.add(|c| c.solves += 1);
         let inner = self.constraints.from_frames(&x.to_vec()?, dim);
         std::iter::zip(&mut u, inner).for_each(|(u, inner)| *u += inner);
         x.set(&u)?;
@@ -130,11 +128,11 @@ struct Bundle {
 }
 
 /// Directions and weights at the nodes of all rows.
-fn prescribed_nodes(solver: &Solver) -> Vec<Prescribed> {
-    let dim = solver.model.part.dim;
-    let units: Vec<f64> = solver.values.rows.iter().map(unit_of).collect();
+fn prescribed_nodes(body: &Parts) -> Vec<Prescribed> {
+    let dim = body.model.part.dim;
+    let units: Vec<f64> = body.values.rows.iter().map(unit_of).collect();
     let mut terms: BTreeMap<usize, Vec<(usize, [f64; 3])>> = BTreeMap::new();
-    for (j, row) in solver.values.rows.iter().enumerate() {
+    for (j, row) in body.values.rows.iter().enumerate() {
         for (node, v) in row.terms.iter().filter(|(_, v)| norm(v) > 0.0) {
             terms.entry(*node).or_default().push((j, *v));
         }
@@ -157,13 +155,13 @@ fn prescribed_nodes(solver: &Solver) -> Vec<Prescribed> {
                 None => {}
             }
         }
-        let own = solver.interface.constraints.0.get(&(node as u32));
+        let own = body.interface.constraints.0.get(&(node as u32));
         let mut p = Prescribed { node, directions: Vec::new(), inverse: Vec::new(), rows: Vec::new() };
         for Bundle { direction, mut rows } in bundles {
             let unit = vector::unit(&direction);
             let free = own.map_or(unit, |own| own.free_part(&unit, dim));
             let parallel = |other: &[f64; 3]| dot(other, &free).abs() > 0.999 * norm(other) * norm(&free);
-            if norm(&free) < HELD || p.directions.iter().any(parallel) {
+            if norm(&free) < HELD_PRESCRIBED || p.directions.iter().any(parallel) {
                 continue;
             }
             let total: f64 = rows.iter().map(|(_, w)| w).sum();
@@ -189,17 +187,17 @@ fn unit_of(row: &BodyRow) -> f64 {
 /// Directions to hold by mesh node: the prescribed ones, and fixings for the modes that these leave loose. The first
 /// rank decides. Collective.
 fn held_directions(
-    solver: &Solver,
+    body: &Parts,
     group: &SimpleCommunicator,
     nodes: &[Prescribed],
 ) -> BTreeMap<u32, Vec<[f64; 3]>> {
     let mut packed = Vec::new();
     let mut push = |node: u32, d: &[f64; 3]| packed.extend([f64::from(node), d[0], d[1], d[2]]);
     for p in nodes {
-        p.directions.iter().for_each(|d| push(solver.interface.nodes[p.node], d));
+        p.directions.iter().for_each(|d| push(body.interface.nodes[p.node], d));
     }
     if group.rank() == 0 {
-        for (node, d) in needed_fixings(solver, nodes) {
+        for (node, d) in needed_fixings(body, nodes) {
             push(node, &d);
         }
     }
@@ -212,8 +210,8 @@ fn held_directions(
 }
 
 /// The body's fixings that hold what the prescribed directions do not: pivoted on the modes these leave loose.
-fn needed_fixings(solver: &Solver, nodes: &[Prescribed]) -> Vec<(u32, [f64; 3])> {
-    let (free, interface) = (&solver.free, &solver.interface);
+fn needed_fixings(body: &Parts, nodes: &[Prescribed]) -> Vec<(u32, [f64; 3])> {
+    let (free, interface) = (&body.free, &body.interface);
     let n = free.modes.len();
     let mut gram = DMatrix::<f64>::zeros(n, n);
     for p in nodes {
@@ -230,7 +228,7 @@ fn needed_fixings(solver: &Solver, nodes: &[Prescribed]) -> Vec<(u32, [f64; 3])>
     let largest = eigen.eigenvalues.max();
     let loose: Vec<usize> = (0..n).filter(|&k| eigen.eigenvalues[k] <= LOOSE * largest).collect();
     // What each fixing sees of the loose combinations of modes.
-    let mut rows: Vec<(usize, Vec<f64>)> = solver
+    let mut rows: Vec<(usize, Vec<f64>)> = body
         .fixings
         .iter()
         .enumerate()
@@ -243,13 +241,13 @@ fn needed_fixings(solver: &Solver, nodes: &[Prescribed]) -> Vec<(u32, [f64; 3])>
         .collect();
     let mut chosen = Vec::new();
     let size = |row: &Vec<f64>| row.iter().map(|v| v * v).sum::<f64>();
-    for _ in 0..loose.len().min(solver.fixings.len()) {
+    for _ in 0..loose.len().min(body.fixings.len()) {
         let Some(best) = (0..rows.len()).max_by(|&a, &b| size(&rows[a].1).total_cmp(&size(&rows[b].1)))
         else {
             break;
         };
         let (i, pivot) = rows.swap_remove(best);
-        chosen.push((solver.fixings[i].node, solver.fixings[i].direction));
+        chosen.push((body.fixings[i].node, body.fixings[i].direction));
         let scale = size(&pivot).max(f64::MIN_POSITIVE);
         for (_, row) in &mut rows {
             let along: f64 = std::iter::zip(&*row, &pivot).map(|(a, b)| a * b).sum::<f64>() / scale;

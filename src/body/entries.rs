@@ -6,12 +6,12 @@ use crate::{error::Result, petsc::Matrix};
 use mpi::{topology::SimpleCommunicator, traits::*};
 
 pub(super) enum Entries {
-    Rows(Rows),
+    BlockRows(BlockRows),
     Triples { rows: Vec<i32>, columns: Vec<i32>, values: Vec<f64> },
 }
 
 /// Rows of node blocks, `dim` x `dim` values each, in the order of compressed rows of single unknowns.
-pub(super) struct Rows {
+pub(super) struct BlockRows {
     dim: usize,
     /// Of each node: where its neighbours begin.
     start: Vec<usize>,
@@ -42,7 +42,7 @@ impl Entries {
     /// Nothing yet. `cells`: global nodes of the cells to come; `n_nodes`: of all ranks together.
     pub fn new(group: &SimpleCommunicator, n_nodes: usize, dim: usize, cells: &Lists) -> Entries {
         match group.size() {
-            1 => Entries::Rows(Rows::new(n_nodes, dim, cells)),
+            1 => Entries::BlockRows(BlockRows::new(n_nodes, dim, cells)),
             _ => {
                 let n = (0..cells.ends.len()).map(|cell| (cells.of(cell).len() * dim).pow(2)).sum();
                 Entries::Triples {
@@ -57,7 +57,7 @@ impl Entries {
     /// Adds a cell's matrix, row by row; `dofs`: its global unknowns, node by node, -1 for one that is left out.
     pub fn add(&mut self, dofs: &[i32], k: &[f64]) {
         match self {
-            Entries::Rows(of_nodes) => of_nodes.add(dofs, k),
+            Entries::BlockRows(of_nodes) => of_nodes.add(dofs, k),
             Entries::Triples { rows, columns, values } => {
                 for (i, k) in std::iter::zip(dofs, k.chunks_exact(dofs.len())) {
                     rows.extend(std::iter::repeat_n(*i, dofs.len()));
@@ -71,7 +71,7 @@ impl Entries {
     /// Adds to the diagonal of an unknown of this rank.
     pub fn add_diagonal(&mut self, dof: i32, value: f64) {
         match self {
-            Entries::Rows(of_nodes) => {
+            Entries::BlockRows(of_nodes) => {
                 let (node, c) = (dof as usize / of_nodes.dim, dof as usize % of_nodes.dim);
                 if let Some(at) = of_nodes.place(node, node as u32) {
                     of_nodes.values[at.first + c * at.stride + c] += value;
@@ -88,7 +88,7 @@ impl Entries {
     /// The matrix of `n_owned` unknowns of this rank. Collective.
     pub fn into_matrix(self, group: &SimpleCommunicator, n_owned: usize, dim: usize) -> Result<Matrix> {
         match self {
-            Entries::Rows(rows) => {
+            Entries::BlockRows(rows) => {
                 let (starts, columns) = rows.compressed();
                 Matrix::from_rows(group, dim, starts, columns, rows.values)
             }
@@ -100,13 +100,13 @@ impl Entries {
 }
 
 /// Where a node block's values are: rows `stride` apart.
-struct Place {
+struct Slot {
     first: usize,
     stride: usize,
 }
 
-impl Rows {
-    fn new(n_nodes: usize, dim: usize, cells: &Lists) -> Rows {
+impl BlockRows {
+    fn new(n_nodes: usize, dim: usize, cells: &Lists) -> BlockRows {
         // The cells of each node.
         let mut start = vec![0; n_nodes + 1];
         cells.nodes.iter().for_each(|&node| start[node as usize + 1] += 1);
@@ -135,14 +135,14 @@ impl Rows {
             starts.push(neighbours.len());
         }
         let values = vec![0.0; neighbours.len() * dim * dim];
-        Rows { dim, start: starts, neighbours, values }
+        BlockRows { dim, start: starts, neighbours, values }
     }
 
-    fn place(&self, row: usize, column: u32) -> Option<Place> {
+    fn place(&self, row: usize, column: u32) -> Option<Slot> {
         let (first, dim) = (self.start[row], self.dim);
         let of_row = &self.neighbours[first..self.start[row + 1]];
         let position = of_row.iter().position(|&n| n == column)?;
-        Some(Place { first: first * dim * dim + position * dim, stride: of_row.len() * dim })
+        Some(Slot { first: first * dim * dim + position * dim, stride: of_row.len() * dim })
     }
 
     fn add(&mut self, dofs: &[i32], k: &[f64]) {
@@ -190,7 +190,7 @@ mod tests {
         let (n_nodes, dim) = (5, 2);
         let mut lists = Lists::default();
         cells.iter().for_each(|nodes| lists.push(nodes.iter().copied()));
-        let mut rows = Rows::new(n_nodes, dim, &lists);
+        let mut rows = BlockRows::new(n_nodes, dim, &lists);
         let n = n_nodes * dim;
         let mut dense = vec![0.0; n * n];
         for (number, nodes) in cells.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Whether condensing a body to its interface is worth it.
-use super::options_prefix;
-use crate::{error::Result, petsc};
+use super::options::has_own_solver;
+use crate::error::Result;
 
 /// How a body answers contact.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -86,12 +86,6 @@ impl ResponseKind {
                 }
             })
     }
-}
-
-/// True if the options database names the body's solver or preconditioner.
-fn has_own_solver(name: &str) -> Result<bool> {
-    let prefix = options_prefix(name);
-    Ok(petsc::has_option(&prefix, "ksp_type")? || petsc::has_option(&prefix, "pc_type")?)
 }
 
 #[cfg(test)]

@@ -3,12 +3,7 @@
 //! With u = T u_m in a cell, T the identity but for its slaves, stiffness and forces go to the masters as T' K T and
 //! T' f. A slave's own row is an identity row like that of a held unknown, its right-hand side zero; after each solve
 //! it gets the value that its masters give it.
-use super::Body;
-use crate::{
-    error::Result,
-    mesh::{Cell, MeshPart, Slave},
-};
-use mpi::topology::SimpleCommunicator;
+use crate::mesh::{Cell, MeshPart, Slave};
 
 /// The slaves of a part of a mesh, in the part's numbers.
 #[derive(Debug, Clone, Copy)]
@@ -101,23 +96,6 @@ impl Reduced {
         }
         f[..m].copy_from_slice(&force);
         m
-    }
-}
-
-impl Body {
-    /// Displacements at the owned nodes with those of the slaves, from the others. Collective.
-    pub(super) fn fill_slaves(&self, group: &SimpleCommunicator, mut u: Vec<f64>) -> Result<Vec<f64>> {
-        if !self.part.hanging {
-            return Ok(u);
-        }
-        let (all, dim) = (self.with_ghosts(group, &u)?, self.part.dim);
-        for slave in Hanging::of(&self.part).among(self.part.n_owned) {
-            for c in 0..dim {
-                let from = |&(master, weight): &(u32, f64)| weight * all[master as usize * dim + c];
-                u[slave.node as usize * dim + c] = slave.masters.iter().map(from).sum();
-            }
-        }
-        Ok(u)
     }
 }
 

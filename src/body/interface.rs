@@ -1,5 +1,6 @@
 //! The nodes of a body that contact forces may reach. The first rank of the body's group owns them all.
 use super::{Constraints, FreeModes};
+use crate::contact::vector::{combine, dot, unit};
 use crate::mesh::{Mesh, Numbering};
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::collections::HashMap;
@@ -85,6 +86,15 @@ impl BodyRow {
     /// Outward displacement, m, from displacements at the interface nodes in global axes.
     pub(super) fn displacement(&self, u: &[f64], dim: usize) -> f64 {
         self.terms.iter().map(|(i, v)| (0..dim).map(|c| v[c] * u[i * dim + c]).sum::<f64>()).sum()
+    }
+
+    /// How far the row's place has moved, m: of the nodes' displacements the mean with the weights v . n, with n the row's
+    /// direction.
+    pub(super) fn distance(&self, u: &[f64], dim: usize) -> f64 {
+        let sum = combine(self.terms.iter().map(|(_, v)| (1.0, v)));
+        let n = unit(&sum);
+        let mean = (0..dim).map(|c| self.terms.iter().map(|(i, v)| dot(v, &n) * u[i * dim + c]).sum::<f64>());
+        mean.map(|u| u * u).sum::<f64>().sqrt()
     }
 
     /// Adds a multiple of v at the interface nodes.

@@ -4,69 +4,61 @@
 //! the other, by its solver or condensed to its interface. Every method that needs the rank group says "collective".
 mod assembly;
 mod build;
-mod compliance;
 mod condensed;
 mod constraint;
+mod cost;
 mod dirichlet;
+mod elements;
 mod entries;
 mod estimate;
 mod hanging;
 mod interface;
 mod load;
+mod loading;
 mod motion;
+mod observed;
+mod options;
+mod parts;
 mod recovery;
 mod region;
 mod response;
 mod rigid;
+mod row_values;
 mod soft;
 mod solver;
 mod system;
+mod temperature;
 
 pub use build::AssembledBody;
-pub use compliance::{Compliance, ContactRow};
 pub use condensed::Condensed;
-pub use constraint::{Constraints, NodeConstraint};
+pub use constraint::{Constraints, Fixing, NodeConstraint};
+pub use cost::Cost;
+pub use elements::Elements;
 pub use estimate::{Estimate, ResponseKind, condense_estimate};
 pub use interface::{BodyRow, Interface};
 pub use load::LoadFactors;
 pub use motion::{name_bodies, name_motion};
+pub use options::options_prefix;
 pub use recovery::{Balance, Fields};
 pub use region::{Region, find_facets, mesh_extent};
 pub use response::Response;
-pub use rigid::{Fixing, FreeModes, RigidMode, free_motions};
+pub use rigid::{FreeModes, RigidMode, free_motions};
 pub use solver::Solver;
 
 use crate::{
-    case::{BodyCase, LoadKind, Temperature},
-    element::{ElementKind, Formulation, SolidElement, resolve_for},
-    error::{Error, Result},
-    material::Analysis,
-    mesh::{Mesh, MeshPart, Numbering},
+    error::Result,
+    mesh::{MeshPart, Numbering},
     parallel::agree,
     petsc::{Gather, Vector},
 };
 use assembly::Model;
+use cost::SharedCost;
+use hanging::Hanging;
 use load::Loads;
 use mpi::topology::SimpleCommunicator;
-use rstar::{RTree, primitives::GeomWithData};
 use soft::Split;
 use std::rc::Rc;
-use system::{SharedCost, System};
-
-/// The bubble of an enhanced tri6 is eliminated before there are loads: it would have to carry its share of a body
-/// force, and without it strains are wrong by h in place of h^2.
-fn refuse_body_force(element: SolidElement, case: &BodyCase) -> Result<()> {
-    let is_body_force = |load: &&crate::case::Load| matches!(load.kind, LoadKind::BodyForce(_));
-    match case.loads.iter().find(is_body_force) {
-        Some(load) if (element.kind(), element.formulation()) == (ElementKind::Tri6, Formulation::Enhanced) => {
-            Err(load.origin.error(
-                "tri6 elements in their enhanced formulation, the default in plane strain at a Poisson's ratio above \
-                 0.45, take no 'body_force'; take quad4 or quad8",
-            ))
-        }
-        _ => Ok(()),
-    }
-}
+use system::System;
 
 /// One body on its rank group.
 pub struct Body {
@@ -92,57 +84,6 @@ pub struct Body {
     split: Option<Split>,
     /// Entries of a global vector for all nodes of the part.
     ghosts: Gather,
-}
-
-/// What the body's solver has cost so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Cost {
-    /// Set-ups of the solver: factorisations of the stiffness matrix with a direct one.
-    pub factorisations: usize,
-    /// Solves with the stiffness matrix, or with its interior block (right-hand sides).
-    pub solves: usize,
-    /// Factorisations of interface operators for displacement steps.
-    pub interface_factorisations: usize,
-    /// Seconds of assembly.
-    pub assemble: f64,
-    /// Seconds of factorisation.
-    pub factor: f64,
-    /// Seconds of making and factorising interface operators.
-    pub interface: f64,
-    /// Seconds of condensing loads to the interface.
-    pub condense: f64,
-}
-
-/// The element of each kind, with the formulation the case asks for.
-#[derive(Debug, Clone, Copy)]
-pub struct Elements([Option<SolidElement>; ElementKind::ALL.len()]);
-
-impl Elements {
-    /// Resolves the formulation for every kind of cell in the mesh; one that would lock is refused.
-    pub fn new(mesh: &Mesh, case: &BodyCase, analysis: Analysis) -> Result<Elements> {
-        // Contraction across the plane makes up for any in-plane dilatation: plane stress does not lock.
-        let poisson = match analysis {
-            Analysis::PlaneStress { .. } => 0.0,
-            Analysis::PlaneStrain { .. } => case.material.poisson.largest(),
-        };
-        let mut elements = [None; ElementKind::ALL.len()];
-        for cell in &mesh.cells {
-            let slot = &mut elements[cell.kind as usize];
-            if slot.is_none() {
-                let element = resolve_for(cell.kind, case.formulation, poisson)
-                    .and_then(|formulation| SolidElement::new(cell.kind, Some(formulation)));
-                let element = element.map_err(|text| case.origin.error(text))?;
-                refuse_body_force(element, case)?;
-                *slot = Some(element);
-            }
-        }
-        Ok(Elements(elements))
-    }
-
-    /// The element of a kind that occurs in the mesh.
-    pub fn of(&self, kind: ElementKind) -> SolidElement {
-        self.0[kind as usize].expect("the kinds of all cells are resolved")
-    }
 }
 
 impl Body {
@@ -235,43 +176,25 @@ impl Body {
         self.fill_slaves(group, u)
     }
 
+    /// Displacements at the owned nodes with those of the slaves, from the others. Collective.
+    fn fill_slaves(&self, group: &SimpleCommunicator, mut u: Vec<f64>) -> Result<Vec<f64>> {
+        if !self.part.hanging {
+            return Ok(u);
+        }
+        let (all, dim) = (self.with_ghosts(group, &u)?, self.part.dim);
+        for slave in Hanging::of(&self.part).among(self.part.n_owned) {
+            for c in 0..dim {
+                let from = |&(master, weight): &(u32, f64)| weight * all[master as usize * dim + c];
+                u[slave.node as usize * dim + c] = slave.masters.iter().map(from).sum();
+            }
+        }
+        Ok(u)
+    }
+
     /// Values at all nodes of the part (owned, local, halo), from the values at the owned nodes. Collective.
     pub fn with_ghosts(&self, group: &SimpleCommunicator, owned: &[f64]) -> Result<Vec<f64>> {
         let v = Vector::zeros(group, owned.len())?;
         v.set(owned)?;
         self.ghosts.get(&v)
-    }
-}
-
-/// Prefix of a body's PETSc options: `-body_<name>_ksp_type cg`.
-pub fn options_prefix(name: &str) -> String {
-    format!("body_{name}_")
-}
-
-/// Temperature at points, K.
-fn temperatures(temperature: &Temperature, points: &[[f64; 3]]) -> Result<Vec<f64>> {
-    match temperature {
-        Temperature::Field(scalar) => points
-            .iter()
-            .map(|x| {
-                let value = scalar.at(x);
-                if value.is_finite() {
-                    return Ok(value);
-                }
-                Err(Error::input(format!("the temperature at ({}, {}) is not finite", x[0], x[1])))
-            })
-            .collect(),
-        Temperature::Nodal { values, origin } => {
-            let given = values.iter().map(|&(x, value)| GeomWithData::new(x, value)).collect();
-            let extent = mesh_extent(points);
-            let tree = RTree::bulk_load(given);
-            points
-                .iter()
-                .map(|x| match tree.nearest_neighbor_iter_with_distance_2(x).next() {
-                    Some((node, d2)) if d2.sqrt() <= 1e-6 * extent => Ok(node.data),
-                    _ => Err(origin.error(format!("no temperature for the node at ({}, {})", x[0], x[1]))),
-                })
-                .collect()
-        }
     }
 }

@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(name_motion(&names, &together), (vec![0, 1], "translation y".into()));
         // Both about the origin by the same angle: the second one is carried along by -2 in x.
         let turned = [(0, &a[2], 0.1), (1, &b[2], 0.05), (1, &b[0], -0.2)];
-        assert_eq!(name_motion(&names, &turned), (vec![0, 1], "rotation about (0.0000, 0.0000)".into()));
+        assert_eq!(name_motion(&names, &turned), (vec![0, 1], "rotation about (0, 0)".into()));
         let apart = [(0, &a[0], 0.3), (1, &b[1], 0.3)];
         let text = "'lower' translation x, 'upper' translation y";
         assert_eq!(name_motion(&names, &apart), (vec![0, 1], text.into()));

@@ -147,8 +147,24 @@ impl Body {
         Ok((fields, balance))
     }
 
-    /// Stress and strain at the quadrature points of a cell.
-    fn evaluate(&self, cell: &Cell, u: &[f64], work: &mut Workspace) -> Result<()> {
+    /// Nothing but the stresses at the elements' points; `u` as in [`Body::recover`].
+    pub fn point_stresses(&self, u: &[f64]) -> Result<Fields> {
+        let mut fields = Fields { first_point: vec![0], ..Fields::default() };
+        let mut work = Workspace::default();
+        for cell in &self.part.cells {
+            let n = cell.kind.n_nodes();
+            self.strains_of(cell, u, &mut work)?;
+            let laws = work.geometry.iter().map(|geometry| self.law(cell, &geometry.n[..n]));
+            fields
+                .point_stress
+                .extend(std::iter::zip(laws, &work.plane_strain).map(|(law, strain)| law.stress(*strain)));
+            fields.first_point.push(fields.point_stress.len() as u32);
+        }
+        Ok(fields)
+    }
+
+    /// Strains in the plane and geometry at the quadrature points of a cell.
+    fn strains_of(&self, cell: &Cell, u: &[f64], work: &mut Workspace) -> Result<()> {
         let (dim, n) = (self.part.dim, cell.kind.n_nodes());
         assembly::cell_points(&self.part, cell, &mut work.x);
         for (a, &node) in cell.nodes().iter().enumerate() {
@@ -165,6 +181,15 @@ impl Body {
             |_, shape| self.model.law.law(temperature(shape)),
             &mut work.plane_strain,
         )?;
+        Ok(())
+    }
+
+    /// Stress and strain at the quadrature points of a cell.
+    fn evaluate(&self, cell: &Cell, u: &[f64], work: &mut Workspace) -> Result<()> {
+        let n = cell.kind.n_nodes();
+        self.strains_of(cell, u, work)?;
+        let temperature =
+            |shape: &[f64]| assembly::temperature_at(self.temperature.as_ref().map(|t| &t[..]), cell, shape);
         work.stress.clear();
         work.strain.clear();
         for (strain, geometry) in work.plane_strain.iter().zip(&work.geometry) {

@@ -1,9 +1,9 @@
 //! A body as the driver sees it.
-use super::{Body, BodyRow, Condensed, Solver, interface::contact_force};
+use super::{Body, BodyRow, Condensed, Solver, interface::contact_force, row_values::RowValues};
 use crate::{
     error::Result,
     petsc::{Stage, Symmetric},
-    schwarz::{Respond, RespondAtNodes, Spring},
+    schwarz::{Respond, Spring},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::time::Instant;
@@ -17,25 +17,6 @@ pub enum Response {
     Condensed(Condensed),
     /// By solves of the whole body.
     Solver(Solver),
-}
-
-/// What a response knows of a body apart from its operators: values of rows on the first rank, none elsewhere.
-#[derive(Debug, Clone, Default)]
-pub(super) struct RowValues {
-    pub rows: Vec<BodyRow>,
-    /// Displacements at the interface nodes without contact forces, m, global axes.
-    pub free_interface: Vec<f64>,
-    /// Row displacements without contact forces, m.
-    pub free: Vec<f64>,
-    /// Modes x rows.
-    pub modes: Vec<Vec<f64>>,
-    /// Modes x interface values.
-    pub mode_interface: Vec<Vec<f64>>,
-    /// Work of the loads on each mode, and the sum of the absolute works, J.
-    pub mode_work: Vec<f64>,
-    pub mode_scale: Vec<f64>,
-    /// Of the soft modes.
-    pub springs: Vec<Spring>,
 }
 
 impl Body {
@@ -132,14 +113,14 @@ impl Response {
     pub(super) fn values(&self) -> &RowValues {
         match self {
             Response::Condensed(c) => &c.values,
-            Response::Solver(s) => &s.values,
+            Response::Solver(s) => &s.parts.values,
         }
     }
 
     fn values_mut(&mut self) -> &mut RowValues {
         match self {
             Response::Condensed(c) => &mut c.values,
-            Response::Solver(s) => &mut s.values,
+            Response::Solver(s) => &mut s.parts.values,
         }
     }
 
@@ -169,26 +150,21 @@ impl Response {
     /// Displacements at the interface nodes, in the order given to the body, under all loads, the row forces and
     /// `alpha` of each free mode, m; on the first rank, the others serving.
     pub fn interface_displacements(&mut self, force: &[f64], alpha: &[f64]) -> Result<Vec<[f64; 3]>> {
-        match self {
-            Response::Condensed(c) => c.interface_displacements(force, alpha),
-            Response::Solver(s) => s.interface_displacements(force, alpha),
-        }
-    }
-}
-
-impl RowValues {
-    /// Row displacements of displacements at the interface nodes.
-    fn at_rows(&self, u: &[f64], dim: usize) -> Vec<f64> {
-        self.rows.iter().map(|row| row.displacement(u, dim)).collect()
+        let (u, dim) = self.interface_values(force, alpha)?;
+        let interface = match self {
+            Response::Condensed(c) => &c.interface,
+            Response::Solver(s) => &s.parts.interface,
+        };
+        Ok(interface.at_given(&u, dim))
     }
 
-    /// Adds the free displacements and the modes to those of the contact forces, at the interface nodes.
-    pub fn complete(&self, mut u: Vec<f64>, alpha: &[f64]) -> Vec<f64> {
-        std::iter::zip(&mut u, &self.free_interface).for_each(|(u, free)| *u += free);
-        for (alpha, mode) in std::iter::zip(alpha, &self.mode_interface) {
-            std::iter::zip(&mut u, mode).for_each(|(u, m)| *u += alpha * m);
-        }
-        u
+    /// The same, each node once, and the number of components.
+    fn interface_values(&mut self, force: &[f64], alpha: &[f64]) -> Result<(Vec<f64>, usize)> {
+        let (u, dim) = match self {
+            Response::Condensed(c) => (c.interface_displacements(force)?, c.dim),
+            Response::Solver(s) => (s.interface_displacements(force)?, s.dim()),
+        };
+        Ok((self.values().complete(u, alpha), dim))
     }
 }
 
@@ -222,6 +198,11 @@ impl Respond for Response {
         }
     }
 
+    fn distances(&mut self, force: &[f64]) -> Result<Vec<f64>> {
+        let (u, dim) = self.interface_values(force, &[])?;
+        Ok(self.values().rows.iter().map(|row| row.distance(&u, dim)).collect())
+    }
+
     fn compliance(&self) -> Option<&Symmetric> {
         match self {
             Response::Condensed(c) => Some(c.compliance()),
@@ -250,19 +231,5 @@ impl Respond for Response {
 
     fn springs(&self) -> &[Spring] {
         &self.values().springs
-    }
-}
-
-/// The paper's alternation: rows of one node each, observed nodes are the interface nodes as given.
-impl RespondAtNodes for Condensed {
-    fn force_step(&mut self, force: &[f64]) -> Result<Vec<[f64; 3]>> {
-        self.interface_displacements(force, &[])
-    }
-
-    fn displacement_step(&mut self, prescribed: &[Option<f64>]) -> Result<Vec<f64>> {
-        let rows = std::iter::zip(&self.values.free, prescribed);
-        let inward: Vec<f64> = rows.map(|(free, w)| w.map_or(0.0, |w| free - w)).collect();
-        let active: Vec<bool> = prescribed.iter().map(Option::is_some).collect();
-        self.prescribe(&inward, &active)
     }
 }

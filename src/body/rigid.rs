@@ -1,14 +1,12 @@
 //! Rigid motions that the supports leave to a body, or to a piece of its mesh, and what holds them meanwhile.
-use super::{Constraints, NodeConstraint};
-use crate::vector::larger;
+use super::{Constraints, Fixing, NodeConstraint};
+use crate::tolerances::FREE_OF_SUPPORTS;
+use crate::vector::{in_figures, larger};
 use crate::{
     contact::vector::dot,
     mesh::{Mesh, components},
 };
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-
-/// An eigenvalue of the support matrix below this, relative to the largest, is a free motion.
-const FREE: f64 = 1e-12;
 
 /// A fixing on a node to avoid is chosen only if the others reach less than this share of its leverage (squared).
 const AVOID: f64 = 1e-3;
@@ -37,21 +35,6 @@ impl RigidMode {
         let [t, c] = [&self.translation, &self.center];
         [t[0] - self.rotation * (x[1] - c[1]), t[1] + self.rotation * (x[0] - c[0]), 0.0]
     }
-}
-
-/// A further zero constraint that holds a free motion in the stiffness matrix. It carries no force at equilibrium.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fixing {
-    /// Node of the mesh.
-    pub node: u32,
-    /// Which direction of its frame, not a support's.
-    pub component: usize,
-    /// That direction.
-    pub direction: [f64; 3],
-    /// The frame, `None` for that of the node's support.
-    pub frame: Option<[[f64; 3]; 3]>,
-    /// Coordinates of the node, m.
-    pub point: [f64; 3],
 }
 
 /// The free rigid motions of a body.
@@ -90,7 +73,7 @@ impl FreeModes {
                 }
             }
             let of_piece = if count > 1 {
-                format!(" of the piece around ({:.4e}, {:.4e})", center[0], center[1])
+                format!(" of the piece around ({}, {})", in_figures(center[0]), in_figures(center[1]))
             } else {
                 String::new()
             };
@@ -194,7 +177,7 @@ fn null_space(gram: &Matrix3<f64>) -> Vec<Vector3<f64>> {
     let eigen = SymmetricEigen::new(*gram);
     let largest = eigen.eigenvalues.max();
     let mut free: Vec<Vector3<f64>> = (0..3)
-        .filter(|&k| eigen.eigenvalues[k] <= FREE * largest)
+        .filter(|&k| eigen.eigenvalues[k] <= FREE_OF_SUPPORTS * largest)
         .map(|k| eigen.eigenvectors.column(k).into_owned())
         .collect();
     match &free[..] {
@@ -218,8 +201,8 @@ pub(super) fn describe(m: &Vector3<f64>, center: [f64; 2], length: f64) -> Strin
     if m.z.abs() > 1e-6 {
         // u = t + theta e_z x (x - c) vanishes here.
         let at = [center[0] - y / theta, center[1] + x / theta];
-        let tidy = |v: f64| if v.abs() < 1e-9 * length { 0.0 } else { v };
-        return format!("rotation about ({:.4}, {:.4})", tidy(at[0]), tidy(at[1]));
+        let tidy = |v: f64| in_figures(if v.abs() < 1e-9 * length { 0.0 } else { v });
+        return format!("rotation about ({}, {})", tidy(at[0]), tidy(at[1]));
     }
     match (x.abs() > 1e-6, y.abs() > 1e-6) {
         (true, false) => "translation x".into(),
@@ -254,9 +237,9 @@ mod tests {
         let names =
             |rows: Vec<(u32, NodeConstraint)>| free_motions(&mesh, &Constraints(rows.into_iter().collect()));
         let at = |x: f64, y: f64| mesh.points.iter().position(|p| p[0] == x && p[1] == y).unwrap() as u32;
-        assert_eq!(names(vec![]), ["translation x", "translation y", "rotation about (1.5000, 0.5000)"]);
+        assert_eq!(names(vec![]), ["translation x", "translation y", "rotation about (1.5, 0.5)"]);
         let pin = support(at(3.0, 0.0), [Some(0.0), Some(1e-3), None]);
-        assert_eq!(names(vec![pin.clone()]), ["rotation about (3.0000, 0.0000)"]);
+        assert_eq!(names(vec![pin.clone()]), ["rotation about (3, 0)"]);
         let guided = [at(0.0, 0.0), at(0.0, 1.0)].map(|n| support(n, [Some(0.0), None, None]));
         assert_eq!(names(guided.to_vec()), ["translation y"]);
         assert!(names(vec![pin, guided[1].clone()]).is_empty());
@@ -267,7 +250,7 @@ mod tests {
         two.append(&block([10.0, 0.0], 0.0));
         let names = free_motions(&two, &Constraints::default());
         assert_eq!(names.len(), 6);
-        assert_eq!(names[3], "translation x of the piece around (1.1500e1, 5.0000e-1)");
+        assert_eq!(names[3], "translation x of the piece around (11.5, 0.5)");
     }
 
     #[test]

@@ -2,23 +2,15 @@
 //!
 //! The first rank runs the driver and knows the rows; the interface nodes are its own. The other ranks serve: they
 //! wait for what the first asks for and take part in it.
-use super::{
-    Body, Interface,
-    assembly::Model,
-    dirichlet::Dirichlet,
-    interface::contact_force,
-    response::RowValues,
-    rigid::{Fixing, FreeModes},
-    system::{SharedCost, System},
-};
-use crate::{error::Result, parallel};
+use super::{Body, dirichlet::Dirichlet, interface::contact_force, parts::Parts, row_values::RowValues};
+use crate::{error::Result, parallel, vector::pseudo_inverse};
 use mpi::{topology::SimpleCommunicator, traits::*};
 use nalgebra::{DMatrix, DVector};
 use std::{rc::Rc, time::Instant};
 
 /// What the first rank asks the others for.
 #[derive(Clone, Copy, PartialEq)]
-enum Request {
+enum Order {
     Finish,
     Solve,
     Prescribe,
@@ -26,41 +18,23 @@ enum Request {
 
 /// The answer.
 pub struct Solver {
-    pub(super) values: RowValues,
+    pub(super) parts: Parts,
     group: SimpleCommunicator,
-    pub(super) model: Rc<Model>,
-    pub(super) temperature: Option<Rc<Vec<f64>>>,
-    pub(super) interface: Rc<Interface>,
-    pub(super) free: Rc<FreeModes>,
-    pub(super) fixings: Rc<Vec<Fixing>>,
-    pub(super) system: Rc<System>,
-    pub(super) cost: SharedCost,
     /// Made at the first displacement step.
     dirichlet: Option<Dirichlet>,
 }
 
 impl Solver {
     pub(super) fn new(body: &Body, group: &SimpleCommunicator, values: RowValues) -> Solver {
-        Solver {
-            values,
-            group: group.duplicate(),
-            model: body.model.clone(),
-            temperature: body.temperature.clone(),
-            interface: body.interface.clone(),
-            free: body.free.clone(),
-            fixings: body.fixings.clone(),
-            system: body.system.clone(),
-            cost: body.cost.clone(),
-            dirichlet: None,
-        }
+        Solver { parts: Parts::new(body, values), group: group.duplicate(), dirichlet: None }
     }
 
     pub(super) fn is_of(&self, body: &Body) -> bool {
-        Rc::ptr_eq(&self.system, &body.system)
+        Rc::ptr_eq(&self.parts.system, &body.system)
     }
 
-    fn dim(&self) -> usize {
-        self.model.part.dim
+    pub(super) fn dim(&self) -> usize {
+        self.parts.model.part.dim
     }
 
     /// Takes part in the first rank's steps until it finishes. Returns at once on the first rank.
@@ -71,10 +45,10 @@ impl Solver {
         // A failure is every rank's: the first rank finds it too, and then finishes.
         let mut served = Ok(());
         loop {
-            let result = match self.request(Request::Finish) {
-                Request::Finish => return served,
-                Request::Solve => self.solve(&[]),
-                Request::Prescribe => self.prescribe(&[]),
+            let result = match self.request(Order::Finish) {
+                Order::Finish => return served,
+                Order::Solve => self.solve(&[]),
+                Order::Prescribe => self.prescribe(&[]),
             };
             served = served.and(result.map(|_| ()));
         }
@@ -82,13 +56,13 @@ impl Solver {
 
     pub(super) fn finish(&self) {
         if self.group.rank() == 0 {
-            self.request(Request::Finish);
+            self.request(Order::Finish);
         }
     }
 
     /// The first rank's request, on all ranks. Those that wait sleep. Collective.
-    fn request(&self, what: Request) -> Request {
-        const ALL: [Request; 3] = [Request::Finish, Request::Solve, Request::Prescribe];
+    fn request(&self, what: Order) -> Order {
+        const ALL: [Order; 3] = [Order::Finish, Order::Solve, Order::Prescribe];
         if self.group.size() == 1 {
             return what;
         }
@@ -100,11 +74,11 @@ impl Solver {
 
     /// Displacements at the interface nodes under forces there and no load, global axes. Collective.
     fn solve(&self, force: &[f64]) -> Result<Vec<f64>> {
-        let (dim, constraints) = (self.dim(), &self.interface.constraints);
-        let mut rhs = vec![0.0; self.model.part.n_owned * dim];
-        let dofs = self.interface.dofs(dim);
+        let (dim, constraints) = (self.dim(), &self.parts.interface.constraints);
+        let mut rhs = vec![0.0; self.parts.model.part.n_owned * dim];
+        let dofs = self.parts.interface.dofs(dim);
         std::iter::zip(&dofs, constraints.to_frames(force, dim)).for_each(|(&dof, f)| rhs[dof] = f);
-        let x = self.system.solve(&self.group, &rhs)?;
+        let x = self.parts.system.solve(&self.group, &rhs)?;
         Ok(constraints.from_frames(&dofs.into_iter().map(|dof| x[dof]).collect::<Vec<_>>(), dim))
     }
 
@@ -114,28 +88,29 @@ impl Solver {
             Some(dirichlet) => dirichlet,
             None => {
                 let start = Instant::now();
-                let made = Dirichlet::new(self, &self.group)?;
-                self.cost.add(|c| {
+                let made = Dirichlet::new(&self.parts, &self.group)?;
+                self.parts.cost.add(|c| {
                     c.factorisations += 1;
                     c.factor += start.elapsed().as_secs_f64();
                 });
                 made
             }
         };
-        let force = dirichlet.solve(self, &self.group, inward);
+        let force = dirichlet.solve(&self.parts, &self.group, inward);
         self.dirichlet = Some(dirichlet);
         force
     }
 
-    fn interface_solve(&self, force: &[f64]) -> Result<Vec<f64>> {
-        self.request(Request::Solve);
-        let f = contact_force(&self.values.rows, force, self.interface.nodes.len(), self.dim());
+    /// Displacements at the interface nodes under row forces alone, m.
+    pub(super) fn interface_displacements(&self, force: &[f64]) -> Result<Vec<f64>> {
+        self.request(Order::Solve);
+        let f = contact_force(&self.parts.values.rows, force, self.parts.interface.nodes.len(), self.dim());
         self.solve(&f)
     }
 
     pub(super) fn force_step(&self, force: &[f64]) -> Result<Vec<f64>> {
-        let u = self.interface_solve(force)?;
-        Ok(self.values.rows.iter().map(|row| -row.displacement(&u, self.dim())).collect())
+        let u = self.interface_displacements(force)?;
+        Ok(self.parts.values.rows.iter().map(|row| -row.displacement(&u, self.dim())).collect())
     }
 
     pub(super) fn displacement_step(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>> {
@@ -145,16 +120,11 @@ impl Solver {
         let on_active = |v: &[f64]| -> Vec<f64> {
             std::iter::zip(v, active).map(|(v, active)| if *active { *v } else { 0.0 }).collect()
         };
-        let modes: Vec<Vec<f64>> = self.values.modes.iter().map(|mode| on_active(mode)).collect();
-        self.request(Request::Prescribe);
+        let modes: Vec<Vec<f64>> = self.parts.values.modes.iter().map(|mode| on_active(mode)).collect();
+        self.request(Order::Prescribe);
         let mut force = self.prescribe(&without(&modes, on_active(inward)))?;
         force = without(&modes, on_active(&force));
         Ok(force)
-    }
-
-    pub(super) fn interface_displacements(&self, force: &[f64], alpha: &[f64]) -> Result<Vec<[f64; 3]>> {
-        let u = self.interface_solve(force)?;
-        Ok(self.interface.at_given(&self.values.complete(u, alpha), self.dim()))
     }
 }
 
@@ -165,7 +135,7 @@ fn without(modes: &[Vec<f64>], mut v: Vec<f64>) -> Vec<f64> {
     }
     let dot = |a: &[f64], b: &[f64]| std::iter::zip(a, b).map(|(a, b)| a * b).sum::<f64>();
     let n = modes.len();
-    let gram = super::condensed::pseudo_inverse(DMatrix::from_fn(n, n, |k, l| dot(&modes[k], &modes[l])));
+    let gram = pseudo_inverse(DMatrix::from_fn(n, n, |k, l| dot(&modes[k], &modes[l])));
     let beta = gram * DVector::from_iterator(n, modes.iter().map(|mode| dot(mode, &v)));
     for (beta, mode) in std::iter::zip(&beta, modes) {
         std::iter::zip(&mut v, mode).for_each(|(v, m)| *v -= beta * m);

@@ -1,36 +1,22 @@
 //! A body's equations and how they are solved: by its solver, or condensed to its interface.
 use super::{
-    Cost, Interface, condense_estimate,
+    Interface, condense_estimate,
+    cost::SharedCost,
     soft::{SoftModes, Split},
 };
+use crate::tolerances::PRODUCT;
 use crate::vector::larger;
 use crate::{
     error::{Error, Result},
     parallel::{self, agree},
-    petsc::{Cholesky, Ksp, Matrix, ROUND_OFF, SchurFactor, Stage, Symmetric, Vector},
+    petsc::{Cholesky, Ksp, Matrix, SchurFactor, Stage, Symmetric, Vector},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::{cell::Cell, rc::Rc, time::Instant};
+use std::time::Instant;
 
 /// A relative residual above this, and above what rounding the product A x alone leaves, gets the final displacements of a
 /// body one step of iterative refinement.
 const REFINE: f64 = 1e-12;
-
-/// Counters that a body shares with its responses.
-#[derive(Debug, Clone, Default)]
-pub(super) struct SharedCost(Rc<Cell<Cost>>);
-
-impl SharedCost {
-    pub fn get(&self) -> Cost {
-        self.0.get()
-    }
-
-    pub fn add(&self, change: impl FnOnce(&mut Cost)) {
-        let mut cost = self.0.get();
-        change(&mut cost);
-        self.0.set(cost);
-    }
-}
 
 /// Names for options and messages.
 #[derive(Debug, Clone)]
@@ -244,7 +230,7 @@ impl System {
         let residual = self.residual(group, b, &x)?;
         let squares = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
         let sums = parallel::sum(group, &[squares(&residual), squares(b), squares(&x)]);
-        let round_off = ROUND_OFF * self.diagonal * sums[2].sqrt();
+        let round_off = PRODUCT * self.diagonal * sums[2].sqrt();
         if sums[0].sqrt() <= (REFINE * sums[1].sqrt()).max(round_off) {
             return Ok(x);
         }

@@ -37,7 +37,7 @@ pub enum Driver {
     /// Primal-dual active set outside, preconditioned conjugate gradients inside: one iteration is one force step and
     /// one displacement step of all bodies.
     ActiveSet,
-    /// The paper's alternation: corrections at conjugate points, each body taking its share by these weights.
+    /// The paper's alternation: corrections of displacements and forces, each body taking its share by these weights.
     Relaxed(Weights),
 }
 
@@ -111,12 +111,6 @@ pub(super) fn read(case: &Fields<'_>) -> Option<AlternationCase> {
     let (driver, transfer) = (driver(&fields), fields.choice("transfer"));
     let driver = driver?;
     let transfer = match transfer.map(|choice| [Transfer::Mortar, Transfer::Pointwise][choice]) {
-        Some(Transfer::Mortar) if matches!(driver, Driver::Relaxed(_)) => {
-            return fields.field("transfer")?.refuse(
-                "driver = \"relaxed\" corrects nodal values at conjugate points, which is transfer = \
-                 \"pointwise\"; mortar needs driver = \"active set\"",
-            );
-        }
         Some(transfer) => transfer,
         None if fields.has("transfer") => return None,
         None => driver.default_transfer(),

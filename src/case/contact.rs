@@ -2,8 +2,8 @@
 use super::body::{surface_error, within};
 use super::reader::{Field, Fields, all};
 use super::{
-    AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Driver, Gap, OutputCase,
-    ProbeCase, StressComponent, SurfaceName, Transfer, nearest,
+    AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Gap, OutputCase, ProbeCase,
+    StressComponent, SurfaceName, Transfer, nearest,
 };
 
 /// A body as others refer to it.
@@ -28,7 +28,9 @@ pub(super) fn read(
         fields.error("'gap' replaces the geometric gap and 'gap_offset' adds to it; give one of the two");
     }
     let search_distance = fields.number_if("search_distance", |value| value > 0.0, "must be > 0");
-    let (conjugate, geometry) = (conjugate(fields, alternation), geometry(fields, alternation));
+    let conjugate = conjugate(fields, alternation);
+    let geometry =
+        fields.choice("geometry").map(|choice| [ContactGeometry::Initial, ContactGeometry::Updated][choice]);
     let surfaces = surfaces(fields, bodies)?;
     let default_name = || {
         let body_name = |body| bodies.iter().find(|b| b.body == body).map_or("", |b| b.name);
@@ -54,18 +56,6 @@ fn conjugate(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Opti
             "'conjugate' belongs to transfer = \"pointwise\"; transfer = \"mortar\" integrates over both \
              surfaces and has no conjugate points",
         ),
-    }
-}
-
-/// `geometry`, which the relaxed driver cannot update.
-fn geometry(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Option<ContactGeometry> {
-    let geometry = [ContactGeometry::Initial, ContactGeometry::Updated][fields.choice("geometry")?];
-    match (geometry, alternation?.driver) {
-        (ContactGeometry::Updated, Driver::Relaxed(_)) => fields.field("geometry")?.refuse(
-            "driver = \"relaxed\" keeps the normals and gaps it starts with; geometry = \"updated\" needs \
-             driver = \"active set\"",
-        ),
-        _ => Some(geometry),
     }
 }
 

@@ -5,7 +5,7 @@ use super::contact::{self, NamedBody, refuse_duplicates};
 use super::material::Materials;
 use super::node::{Node, Value};
 use super::reader::{Fields, Reader, all};
-use super::{Analysis, BodyCase, BodyRef, Case, Driver, RigidCase, Units};
+use super::{Analysis, BodyCase, BodyRef, Case, RigidCase, Units};
 use super::{alternation, body, edit, exact, fingerprint, material, nearest, rigid, step, study};
 use crate::error::{Error, Result};
 
@@ -126,15 +126,6 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     if !tables.is_empty() && bodies.deformable.is_empty() {
         fields.error_at("body", "all bodies are rigid; at least one deformable body is needed");
     }
-    if let Some(Driver::Relaxed(_)) = alternation.as_ref().map(|a| a.driver) {
-        for table in tables.iter().filter(|table| table.has("rigid")) {
-            table.error_at(
-                "rigid",
-                "driver = \"relaxed\" shares each correction between two deformable bodies; a rigid body needs \
-                 driver = \"active set\"",
-            );
-        }
-    }
     let contacts = fields.tables("contact");
     refuse_duplicates(&contacts, "contacts");
     let contacts = all(contacts.iter().map(|table| contact::read(table, named, alternation.as_ref())));
@@ -239,7 +230,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::super::schema::TABLES;
-    use super::super::{ContactGeometry, ResponseCase, RigidShape, Transfer, Weights};
+    use super::super::{ContactGeometry, Driver, ResponseCase, RigidShape, Transfer, Weights};
     use super::*;
 
     /// Cases that between them have every table of the schema.

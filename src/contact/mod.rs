@@ -1,7 +1,9 @@
 //! Where surfaces meet: contact surfaces, conjugate points, gaps.
 //!
 //! Knows surfaces, not bodies: both rank groups of a pair hold both surfaces and compute the same pairing.
+mod build;
 mod camber;
+mod curve;
 mod gap;
 pub mod mortar;
 mod normals;

@@ -4,9 +4,7 @@ use super::{
     search::Search,
     vector::{dot, sub},
 };
-
-/// Depths below this share of a facet are round-off in the coordinates.
-const ROUND_OFF: f64 = 1e-9;
+use crate::tolerances::COORDINATES;
 
 /// Largest depth, m, of a node of `own` in what `other` bounds, along the node's normal; `offset`, m, is added to every gap.
 ///
@@ -23,7 +21,7 @@ pub fn deepest_node(own: &Surface, other: &Surface, offset: f64) -> f64 {
         let of_curve = other.distance_to_curve(hit.facet, x, normal, eta);
         let gap = of_curve.unwrap_or_else(|| dot(normal, &sub(&hit.point, x))) + offset;
         let size = other.facet_size(hit.facet);
-        Some(-gap).filter(|d| *d > ROUND_OFF * size && *d < size)
+        Some(-gap).filter(|d| *d > COORDINATES * size && *d < size)
     };
     std::iter::zip(&own.points, &own.normals).filter_map(depth).fold(0.0, crate::vector::larger)
 }

@@ -1,9 +1,7 @@
 //! Contact conditions between two surfaces, one per multiplier.
 
 use super::{Conjugate, Surface};
-
-/// Gaps this little larger, relatively, than the search distance count as equal to it.
-pub(super) const ROUND_OFF: f64 = 1e-9;
+use crate::tolerances::COORDINATES;
 
 /// One contact condition: the mean gap over the support of a multiplier must not be negative.
 ///
@@ -28,7 +26,7 @@ pub struct Row {
 /// Node-to-segment rows: one per node of the multiplier side's surface with a conjugate point and a gap within
 /// `search_distance`, m. Forces then transfer without loss on matching nodes only.
 pub fn pointwise(multiplier: &Surface, conjugates: &[Option<Conjugate>], search_distance: f64) -> Vec<Row> {
-    let near = |c: &&Conjugate| c.gap <= search_distance * (1.0 + ROUND_OFF);
+    let near = |c: &&Conjugate| c.gap <= search_distance * (1.0 + COORDINATES);
     (0..multiplier.nodes.len())
         .filter_map(|i| Some((i, conjugates.get(i)?.as_ref().filter(near)?)))
         .map(|(i, conjugate)| Row {

@@ -4,7 +4,7 @@
 //! element. Strains keep their deviator: eps_ii gets (P div v - div v)/2 in each direction of the plane. Eliminating
 //! a pressure that is linear in the element from the mixed equations of displacement and pressure gives the same
 //! (Simo, Taylor and Pister, Comput. Methods Appl. Mech. Engng 51 (1985) 177).
-use super::solid::Gradients;
+use super::geometry::Gradients;
 use super::{MAX_NODES, PointGeometry, QuadraturePoint};
 
 /// P of the gradients of the modes.

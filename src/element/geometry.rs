@@ -4,6 +4,9 @@ use super::shape::{MAX_NODES, Shape};
 use super::{ElementKind, QuadraturePoint};
 use crate::{Error, Result};
 
+/// Gradient of each displacement mode at a quadrature point, 1/m: shape functions, then internal modes.
+pub(super) type Gradients = [[f64; 3]; MAX_NODES];
+
 /// An element at one quadrature point.
 #[derive(Debug, Clone, Copy)]
 pub struct PointGeometry {

@@ -15,7 +15,7 @@
 //! with its pressures eliminated, stable near incompressibility (Fortin, Int. J. Numer. Meth. Fluids 1 (1981) 347).
 use super::Formulation;
 use super::dilatation::Dilatation;
-use super::geometry::Jacobian;
+use super::geometry::{Gradients, Jacobian};
 use super::{ElementKind, MAX_NODES, PointGeometry, QuadraturePoint, stiffness_rule};
 use crate::Result;
 
@@ -75,9 +75,6 @@ struct Full {
     k: [[f64; MAX_DOFS]; MAX_DOFS],
     f: [f64; MAX_DOFS],
 }
-
-/// Gradient of each displacement mode at a quadrature point, 1/m: shape functions, then internal modes.
-pub(super) type Gradients = [[f64; 3]; MAX_NODES];
 
 impl Full {
     fn zero() -> Full {

@@ -8,15 +8,17 @@
 //! |e|^2 = int (sigma* - sigma_h) : C^-1 (sigma* - sigma_h) t dA,   |u_h|^2 = int sigma_h : C^-1 sigma_h t dA,
 //!
 //! and the relative error of a body, or of all together, is |e| / sqrt(|u_h|^2 + |e|^2).
+pub(crate) mod coarse;
 mod energy;
 mod patch;
 mod plane;
 pub mod pressure;
 mod recovery;
 
+pub(crate) use energy::Solved;
 pub use energy::{BodyError, CellError};
 
-use crate::vector::larger;
+use crate::vector::{larger, smaller};
 use crate::{
     case::Case,
     contact::Surface,
@@ -78,6 +80,7 @@ impl Estimate {
         plan: &Plan,
         bodies: Vec<BodyError>,
         tables: &[MultiplierSide],
+        changes: &[Option<Change>],
     ) -> Estimate {
         let groups = &plan.groups;
         let mut sums = vec![[0.0; 2]; case.bodies.len()];
@@ -95,12 +98,15 @@ impl Estimate {
         for table in tables {
             let contact = &case.contacts[table.pair];
             let mut own = contact.surfaces.iter().filter_map(|s| s.body.deformable()).map(|b| &sums[b]);
-            // Where displacements press the bodies together, their energy is off by |e|^2 / |u|^2; the pressure of a Hertz contact
-            // goes with the root of it.
-            let stiffness = 0.5 * together(&mut own).powi(2);
             let (relative, nodes) = table.errors();
+            let global = match changes[table.pair] {
+                Some(change) => change.relative(),
+                // Where displacements press the bodies together, their energy is off by |e|^2 / |u|^2; the pressure of a Hertz
+                // contact goes with the root of it.
+                None => 0.5 * together(&mut own).powi(2),
+            };
             if let Some(local) = relative {
-                numbers[table.pair] = [1.0, local.max(stiffness), table.side as f64];
+                numbers[table.pair] = [1.0, larger(local, global), table.side as f64];
             }
             pairs[table.pair].nodes = nodes;
         }
@@ -117,6 +123,31 @@ impl Estimate {
         let body_energy = sums.iter().map(|s| energy::relative(s[0], s[1])).collect();
         let energy = together(&mut sums.iter());
         Estimate { bodies, body_energy, strain_energy, pairs, energy, contact_pressure }
+    }
+}
+
+/// By how much the peak pressure of a pair would change without the errors of the meshes, relative to it, to first order.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Change {
+    /// By what the stresses of all bodies lack: their scalar product in energy with those of the dual solution.
+    pub stresses: f64,
+    /// By what the partner of a finer mesh cannot follow: of the pair, which stresses may know of as well, and of other pairs.
+    pub partners: [f64; 2],
+}
+
+/// A change beyond this share is none of first order any more.
+const MOST: f64 = 0.9;
+
+impl Change {
+    /// Relative error of the peak pressure: of what is there now from what there should be.
+    fn relative(&self) -> f64 {
+        let [own, others] = self.partners;
+        let size = self.stresses.hypot(own) + others.abs();
+        if self.stresses + own + others < 0.0 {
+            let size = smaller(size, MOST);
+            return size / (1.0 - size);
+        }
+        size
     }
 }
 

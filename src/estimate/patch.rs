@@ -18,10 +18,11 @@ pub struct Fit {
     pub coefficients: [[f64; TERMS]; 3],
 }
 
-/// Stresses at points, to be fitted.
+/// Stresses at points, of one solution or several, to be fitted.
 #[derive(Debug, Default)]
 pub struct Samples {
     pub points: Vec<[f64; 3]>,
+    /// Point by point, those of all solutions together.
     pub stresses: Vec<Plane>,
 }
 
@@ -31,14 +32,14 @@ impl Samples {
         self.stresses.clear();
     }
 
-    pub fn push(&mut self, point: [f64; 3], stress: Plane) {
+    pub fn push(&mut self, point: [f64; 3], stresses: impl IntoIterator<Item = Plane>) {
         self.points.push(point);
-        self.stresses.push(stress);
+        self.stresses.extend(stresses);
     }
 
-    /// Least squares fit about `center` with up to `terms` terms (6, 3 or 1); fewer where the samples do not determine
-    /// them.
-    pub fn fit(&self, center: [f64; 3], terms: usize) -> Fit {
+    /// Least squares fits about `center` with up to `terms` terms (6, 3 or 1), one for each solution; fewer terms where the
+    /// samples do not determine them.
+    pub fn fit(&self, center: [f64; 3], terms: usize) -> Vec<Fit> {
         let distance = |p: &[f64; 3]| (p[0] - center[0]).hypot(p[1] - center[1]);
         let size = self.points.iter().map(distance).fold(0.0, larger);
         let size = if size > 0.0 { size } else { 1.0 };
@@ -47,24 +48,36 @@ impl Samples {
             _ => self.solve::<3>(&center, size),
         };
         let coefficients = found.unwrap_or_else(|| {
-            let mean =
-                |c: usize| self.stresses.iter().map(|s| s[c]).sum::<f64>() / self.stresses.len() as f64;
-            std::array::from_fn(|c| [mean(c), 0.0, 0.0, 0.0, 0.0, 0.0])
+            let count = self.points.len() as f64;
+            let mean = |k: usize, c: usize| self.of(k).map(|s| s[c]).sum::<f64>() / count;
+            let constant = |k: usize| std::array::from_fn(|c| [mean(k, c), 0.0, 0.0, 0.0, 0.0, 0.0]);
+            (0..self.solutions()).map(constant).collect()
         });
-        Fit { center, size, coefficients }
+        coefficients.into_iter().map(|coefficients| Fit { center, size, coefficients }).collect()
     }
 
-    fn solve<const N: usize>(&self, center: &[f64; 3], size: f64) -> Option<[[f64; TERMS]; 3]> {
+    /// Number of solutions.
+    fn solutions(&self) -> usize {
+        self.stresses.len() / self.points.len().max(1)
+    }
+
+    /// The stresses of a solution.
+    fn of(&self, solution: usize) -> impl Iterator<Item = &Plane> {
+        self.stresses.iter().skip(solution).step_by(self.solutions().max(1))
+    }
+
+    fn solve<const N: usize>(&self, center: &[f64; 3], size: f64) -> Option<Vec<[[f64; TERMS]; 3]>> {
         if self.points.len() < N {
             return None;
         }
-        let mut matrix = SMatrix::<f64, N, N>::zeros();
-        let mut rhs = SMatrix::<f64, N, 3>::zeros();
-        for (x, s) in std::iter::zip(&self.points, &self.stresses) {
+        let terms_at = |x: &[f64; 3]| {
             let all = basis(x, center, size);
-            let p = SVector::<f64, N>::from_fn(|i, _| all[i]);
+            SVector::<f64, N>::from_fn(|i, _| all[i])
+        };
+        let mut matrix = SMatrix::<f64, N, N>::zeros();
+        for x in &self.points {
+            let p = terms_at(x);
             matrix += p * p.transpose();
-            rhs += p * SVector::<f64, 3>::from_column_slice(s).transpose();
         }
         let factor = matrix.cholesky()?;
         let pivots = factor.l_dirty().diagonal();
@@ -72,12 +85,19 @@ impl Samples {
         if pivots.min() < PIVOT.sqrt() * pivots.max() {
             return None;
         }
-        let solution = factor.solve(&rhs);
-        Some(std::array::from_fn(|c| {
-            let mut terms = [0.0; TERMS];
-            (0..N).for_each(|i| terms[i] = solution[(i, c)]);
-            terms
-        }))
+        let of_solution = |k: usize| {
+            let mut rhs = SMatrix::<f64, N, 3>::zeros();
+            for (x, s) in std::iter::zip(&self.points, self.of(k)) {
+                rhs += terms_at(x) * SVector::<f64, 3>::from_column_slice(s).transpose();
+            }
+            let solution = factor.solve(&rhs);
+            std::array::from_fn(|c| {
+                let mut terms = [0.0; TERMS];
+                (0..N).for_each(|i| terms[i] = solution[(i, c)]);
+                terms
+            })
+        };
+        Some((0..self.solutions()).map(of_solution).collect())
     }
 }
 
@@ -100,7 +120,7 @@ mod tests {
 
     fn samples(points: &[[f64; 3]], stress: impl Fn(&[f64; 3]) -> Plane) -> Samples {
         let mut samples = Samples::default();
-        points.iter().for_each(|p| samples.push(*p, stress(p)));
+        points.iter().for_each(|p| samples.push(*p, [stress(p)]));
         samples
     }
 
@@ -114,21 +134,35 @@ mod tests {
         let quadratic = |p: &[f64; 3]| [p[0] * p[0], p[0] * p[1], 1.0 - p[1] * p[1]];
         let at = [1.17, 2.03, 0.0];
         let near = |a: Plane, b: Plane| std::iter::zip(a, b).all(|(a, b)| (a - b).abs() < 1e-12);
-        assert!(near(samples(&grid(2, 2), linear).fit(at, 3).at(&[1.3, 2.2, 0.0]), linear(&[1.3, 2.2, 0.0])));
         assert!(near(
-            samples(&grid(4, 4), quadratic).fit(at, 6).at(&[1.3, 2.2, 0.0]),
+            samples(&grid(2, 2), linear).fit(at, 3)[0].at(&[1.3, 2.2, 0.0]),
+            linear(&[1.3, 2.2, 0.0])
+        ));
+        assert!(near(
+            samples(&grid(4, 4), quadratic).fit(at, 6)[0].at(&[1.3, 2.2, 0.0]),
             quadratic(&[1.3, 2.2, 0.0])
         ));
+    }
+
+    #[test]
+    fn several_solutions_are_fitted_each_for_itself() {
+        let of = |p: &[f64; 3]| [[p[0], 1.0, p[1]], [p[1] * p[1], p[0], 2.0]];
+        let mut both = Samples::default();
+        grid(4, 4).iter().for_each(|p| both.push(*p, of(p)));
+        let at = [1.17, 2.03, 0.0];
+        for (k, fit) in both.fit(at, 6).iter().enumerate() {
+            assert_eq!(fit.at(&at), samples(&grid(4, 4), |p| of(p)[k]).fit(at, 6)[0].at(&at));
+        }
     }
 
     #[test]
     fn samples_that_do_not_determine_a_term_do_without_it() {
         // Two rows say nothing of y^2, one row nothing of y, one point nothing but the value.
         let linear = |p: &[f64; 3]| [p[0], p[1], 0.0];
-        let fit = samples(&grid(4, 2), linear).fit([1.0, 2.0, 0.0], 6);
+        let fit = samples(&grid(4, 2), linear).fit([1.0, 2.0, 0.0], 6)[0];
         assert!((fit.at(&[1.05, 2.5, 0.0])[1] - 2.5).abs() < 1e-12);
-        let row = samples(&grid(4, 1), linear).fit([1.0, 2.0, 0.0], 6);
+        let row = samples(&grid(4, 1), linear).fit([1.0, 2.0, 0.0], 6)[0];
         assert!((row.at(&[5.0, 7.0, 0.0])[0] - 1.15).abs() < 1e-12);
-        assert_eq!(samples(&grid(1, 1), linear).fit([0.0; 3], 3).at(&[9.0; 3]), [1.0, 2.0, 0.0]);
+        assert_eq!(samples(&grid(1, 1), linear).fit([0.0; 3], 3)[0].at(&[9.0; 3]), [1.0, 2.0, 0.0]);
     }
 }

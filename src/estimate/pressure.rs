@@ -19,6 +19,13 @@ const END: f64 = 0.1;
 const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
+/// Share of the difference between mean and pressure that linear elements leave: the displacements at their nodes make up
+/// for the rest (measured on Hertz contacts, 0.4 to 0.6 at 2 to 16 quad4 per half-width).
+const MADE_UP: f64 = 0.5;
+
+/// A curve that has more of a node than this goes through it.
+const FOLLOWED: f64 = 0.99;
+
 /// Share of the pressure that is in doubt when too few nodes touch to say more.
 const UNKNOWN: f64 = 1.0;
 
@@ -154,11 +161,16 @@ impl Chain {
                         nodes.push((end, END));
                     }
                 }
-                let curve = polynomial(&nodes, &run.s, &values, run.s[j], degree);
+                let (curve, leverage) = polynomial(&nodes, &run.s, &values, j, degree);
                 let at = |s: f64| if moving { curve(s).max(0.0).sqrt() } else { curve(s) };
                 let smooth = at(run.s[j]);
-                let scatter = p[j] - smooth;
-                let mean = self.mean_around(run, j, &at) - smooth;
+                let (mut scatter, mut mean) = (p[j] - smooth, self.mean_around(run, j, &at) - smooth);
+                if !self.quadratic {
+                    // The curve has followed the node's own error; on quadratic facets, whose errors alternate between ends
+                    // and middles, it does not.
+                    scatter /= (1.0 - leverage).sqrt();
+                    mean *= MADE_UP;
+                }
                 NodalPressure { error: larger(scatter.abs(), mean.abs()), smooth }
             })
             .collect()
@@ -200,15 +212,16 @@ struct Run {
     ends: [bool; 2],
 }
 
-/// The polynomial of this degree that fits the values of `nodes` (with weights) best, as a function of s; `center` is where
-/// it is wanted.
+/// The polynomial of this degree that fits the values of `nodes` (with weights) best, as a function of s, and the share of
+/// its own value that it has at the `wanted` node; none where it goes through it and says nothing.
 fn polynomial(
     nodes: &[(usize, f64)],
     s: &[f64],
     values: &[f64],
-    center: f64,
+    wanted: usize,
     degree: usize,
-) -> impl Fn(f64) -> f64 {
+) -> (impl Fn(f64) -> f64, f64) {
+    let center = s[wanted];
     let size = nodes.iter().map(|(i, _)| (s[*i] - center).abs()).fold(0.0, larger);
     let size = if size > 0.0 { size } else { 1.0 };
     let matrix = DMatrix::from_fn(nodes.len(), degree + 1, |r, k| {
@@ -217,9 +230,13 @@ fn polynomial(
     });
     let rhs = DVector::from_iterator(nodes.len(), nodes.iter().map(|&(i, weight)| weight.sqrt() * values[i]));
     let factors = matrix.qr();
-    let solution = factors.r().solve_upper_triangular(&(factors.q().transpose() * rhs));
+    let q = factors.q();
+    let solution = factors.r().solve_upper_triangular(&(q.transpose() * rhs));
     let solution = solution.unwrap_or_else(|| DVector::zeros(degree + 1));
-    move |at: f64| solution.iter().rev().fold(0.0, |sum, c| sum * (at - center) / size + c)
+    let own = nodes.iter().position(|(i, _)| *i == wanted);
+    let leverage = own.map_or(0.0, |r| q.row(r).norm_squared());
+    let curve = move |at: f64| solution.iter().rev().fold(0.0, |sum, c| sum * (at - center) / size + c);
+    (curve, if leverage < FOLLOWED { leverage } else { 0.0 })
 }
 
 /// Largest of the errors at the nodes whose pressure is at least [`PEAK`] of the largest, relative to the largest of the
@@ -277,7 +294,7 @@ mod tests {
         assert_eq!(estimate(&open, &[0.0; 5], &[Open; 5]), None);
     }
 
-    /// Means over the hats of p = sqrt(1 - (x / 0.8)^2): the error of the peak is h^2 / 12 p''.
+    /// Means over the hats of p = sqrt(1 - (x / 0.8)^2), off by h^2 / 12 p'' at the peak; linear elements make up for half.
     #[test]
     fn the_mean_of_a_peak_is_too_low_by_what_is_estimated() {
         let (chain, x) = chain(41, 1);
@@ -294,11 +311,11 @@ mod tests {
         let p: Vec<f64> = x.iter().map(|&x| if x.abs() < 0.8 { mean(x) } else { 0.0 }).collect();
         let contact: Vec<Contact> = p.iter().map(|p| if *p > 0.0 { Closed } else { Open }).collect();
         let errors = chain.errors(&p, &contact);
-        let measured = exact(0.0) - p[20];
+        let measured = MADE_UP * (exact(0.0) - p[20]);
         assert!((errors[20].error / measured - 1.0).abs() < 0.02, "{:e} {measured:e}", errors[20].error);
         let found = relative(&p, &errors).unwrap();
         let peak = (0..41).filter(|&i| p[i] >= PEAK * p[20]).map(|i| (p[i] - exact(x[i])).abs());
-        let measured = peak.fold(0.0, larger);
+        let measured = MADE_UP * peak.fold(0.0, larger);
         assert!((0.8..1.25).contains(&(found / measured)), "{found:e} {measured:e}");
     }
 
@@ -306,9 +323,12 @@ mod tests {
     fn a_node_that_is_off_is_seen() {
         let (chain, x) = chain(21, 1);
         let mut p: Vec<f64> = x.iter().map(|x| 5.0 + x).collect();
-        // A linear pressure has the error of the means at the ends alone, a third of the slope times the size.
+        // A linear pressure has the error of the means at the ends alone, a third of the slope times the size, half made up.
         let alone = chain.errors(&p, &[Closed; 21]);
-        assert!(alone[1..20].iter().all(|e| e.error < 1e-12) && (alone[0].error - 0.1 / 3.0).abs() < 1e-12);
+        assert!(
+            alone[1..20].iter().all(|e| e.error < 1e-12)
+                && (alone[0].error - MADE_UP * 0.1 / 3.0).abs() < 1e-12
+        );
         p[10] += 0.3;
         let error = chain.errors(&p, &[Closed; 21])[10].error;
         assert!((0.15..=0.3).contains(&error), "{error}");

@@ -14,45 +14,55 @@ use mpi::{topology::SimpleCommunicator, traits::*};
 /// Numbers of a fit that ranks tell each other: kind, size, coefficients.
 const PACKED: usize = 2 + 3 * TERMS;
 
-/// A fit and whether its vertex is inside the body, all cells around it.
-#[derive(Clone, Copy)]
+/// Whether a vertex is inside the body, all cells around it, and its fits, one for each solution.
 struct Vertex {
-    fit: Fit,
     inside: bool,
+    fits: Vec<Fit>,
 }
 
-/// Recovered stress at every local node, Pa. Collective on the group.
+/// Recovered stress at every local node, Pa, of each solution. Collective on the group.
 ///
 /// At a vertex inside the body it is the value of its own fit. Nodes on the boundary and between vertices take the mean
 /// of the fits of the vertices inside in their cells, evaluated at the node; where there is none, as in a layer one cell
 /// thick, that of the fits of the vertices on the boundary.
-pub(super) fn recovered(body: &Body, group: &SimpleCommunicator, fields: &Fields) -> Result<Vec<Plane>> {
+pub(super) fn recovered(
+    body: &Body,
+    group: &SimpleCommunicator,
+    solutions: &[&Fields],
+) -> Result<Vec<Vec<Plane>>> {
     let part = &body.part;
     let around = Around::new(part);
     let mut samples = Samples::default();
     let mut own =
-        |node: usize| around.is_vertex[node].then(|| vertex(body, fields, &around, node, &mut samples));
-    let vertices: Vec<Option<Vertex>> = match group.size() {
-        1 => (0..part.n_owned).map(own).collect(),
-        _ => {
+        |node: usize| around.is_vertex[node].then(|| vertex(body, solutions, &around, node, &mut samples));
+    let mut vertices: Vec<Option<Vertex>> = (0..part.n_owned).map(&mut own).collect();
+    if group.size() > 1 {
+        let mut all: Vec<Option<Vertex>> = (0..part.points.len()).map(|_| None).collect();
+        for k in 0..solutions.len() {
             let mut packed = vec![0.0; part.n_owned * PACKED];
-            for (node, packed) in packed.chunks_exact_mut(PACKED).enumerate() {
-                if let Some(vertex) = own(node) {
+            for (vertex, packed) in std::iter::zip(&vertices, packed.chunks_exact_mut(PACKED)) {
+                if let Some(vertex) = vertex {
                     packed[0] = if vertex.inside { 2.0 } else { 1.0 };
-                    packed[1] = vertex.fit.size;
-                    packed[2..].copy_from_slice(vertex.fit.coefficients.as_flattened());
+                    packed[1] = vertex.fits[k].size;
+                    packed[2..].copy_from_slice(vertex.fits[k].coefficients.as_flattened());
                 }
             }
-            let all = with_ghosts(body, group, &packed)?;
-            let unpacked = std::iter::zip(all.chunks_exact(PACKED), &part.points).map(|(v, &center)| {
+            let got = with_ghosts(body, group, &packed)?;
+            for (vertex, (v, &center)) in
+                std::iter::zip(&mut all, std::iter::zip(got.chunks_exact(PACKED), &part.points))
+            {
                 let terms: &[[f64; TERMS]] = v[2..].as_chunks().0;
                 let fit = Fit { center, size: v[1], coefficients: [terms[0], terms[1], terms[2]] };
-                (v[0] > 0.0).then_some(Vertex { fit, inside: v[0] > 1.0 })
-            });
-            unpacked.collect()
+                if v[0] > 0.0 {
+                    let vertex = vertex.get_or_insert(Vertex { inside: v[0] > 1.0, fits: Vec::new() });
+                    vertex.fits.push(fit);
+                }
+            }
         }
-    };
-    Ok((0..part.n_local).map(|node| at_node(part, &around, &vertices, node)).collect())
+        vertices = all;
+    }
+    let of_solution = |k: usize| (0..part.n_local).map(|n| at_node(part, &around, &vertices, n, k)).collect();
+    Ok((0..solutions.len()).map(of_solution).collect())
 }
 
 /// The cells around each local node.
@@ -92,7 +102,7 @@ impl Around {
 }
 
 /// Fits the stresses around a vertex.
-fn vertex(body: &Body, fields: &Fields, around: &Around, node: usize, samples: &mut Samples) -> Vertex {
+fn vertex(body: &Body, solutions: &[&Fields], around: &Around, node: usize, samples: &mut Samples) -> Vertex {
     let part = &body.part;
     let cells = around.of(node);
     // Each edge at an inner vertex belongs to two cells.
@@ -114,17 +124,16 @@ fn vertex(body: &Body, fields: &Fields, around: &Around, node: usize, samples: &
     let inside = ends.iter().all(|(_, count)| *count == 2);
     samples.clear();
     for &c in cells {
-        sample(body, fields, c as usize, inside, samples);
+        sample(body, solutions, c as usize, inside, samples);
     }
-    Vertex { fit: samples.fit(part.points[node], if linear { 3 } else { 6 }), inside }
+    Vertex { fits: samples.fit(part.points[node], if linear { 3 } else { 6 }), inside }
 }
 
 /// Adds the points of a cell where its stresses are most accurate: the centre of linear elements, the two by two points
 /// of a quad8, the three points of a tri6. Without neighbours all round (not `inside`) those of the quad4, too, have to do.
-fn sample(body: &Body, fields: &Fields, c: usize, inside: bool, samples: &mut Samples) {
+fn sample(body: &Body, solutions: &[&Fields], c: usize, inside: bool, samples: &mut Samples) {
     let cell = &body.part.cells[c];
     let element = body.element(cell.kind);
-    let (points, stresses) = (element.points(), fields.points_of(c));
     let position = |xi: &[f64; 3]| {
         let shape = cell.kind.shape(xi);
         let mut x = [0.0; 3];
@@ -134,19 +143,28 @@ fn sample(body: &Body, fields: &Fields, c: usize, inside: bool, samples: &mut Sa
         x
     };
     if inside && cell.kind == ElementKind::Quad4 {
-        let mean = |c: usize| stresses.iter().map(|s| s[c]).sum::<f64>() / stresses.len() as f64;
-        samples.push(position(&cell.kind.center()), std::array::from_fn(mean));
+        let mean = |fields: &&Fields| {
+            let stresses = fields.points_of(c);
+            std::array::from_fn(|c| stresses.iter().map(|s| s[c]).sum::<f64>() / stresses.len() as f64)
+        };
+        samples.push(position(&cell.kind.center()), solutions.iter().map(mean));
         return;
     }
-    for (point, stress) in std::iter::zip(points, stresses) {
-        samples.push(position(&point.xi), *stress);
+    for (i, point) in element.points().iter().enumerate() {
+        samples.push(position(&point.xi), solutions.iter().map(|fields| fields.points_of(c)[i]));
     }
 }
 
-fn at_node(part: &MeshPart, around: &Around, vertices: &[Option<Vertex>], node: usize) -> Plane {
+fn at_node(
+    part: &MeshPart,
+    around: &Around,
+    vertices: &[Option<Vertex>],
+    node: usize,
+    solution: usize,
+) -> Plane {
     let x = &part.points[node];
-    if let Some(Vertex { fit, inside: true }) = vertices[node] {
-        return fit.at(x);
+    if let Some(Vertex { fits, inside: true }) = &vertices[node] {
+        return fits[solution].at(x);
     }
     for inside in [true, false] {
         let (mut sum, mut count) = ([0.0; 3], 0.0);
@@ -157,7 +175,7 @@ fn at_node(part: &MeshPart, around: &Around, vertices: &[Option<Vertex>], node: 
                 let Some(vertex) = &vertices[corner as usize] else { continue };
                 if vertex.inside == inside && !seen.contains(&corner) {
                     seen.push(corner);
-                    let value = vertex.fit.at(x);
+                    let value = vertex.fits[solution].at(x);
                     (0..3).for_each(|c| sum[c] += value[c]);
                     count += 1.0;
                 }

@@ -1,11 +1,9 @@
 //! Finds the cell that contains a point, and the node nearest to it.
 use super::Cell;
 use crate::element::ElementKind;
+use crate::tolerances::COORDINATES;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
-
-/// Points this far outside, relative to the cell's size, still belong to it.
-const TOLERANCE: f64 = 1e-9;
 
 /// Finds cells by position.
 #[derive(Debug)]
@@ -23,7 +21,7 @@ impl<'a> Locator<'a> {
             // A curved side may reach a little beyond its nodes.
             let curved = cell.kind.n_nodes() > cell.kind.n_corners();
             let size = (high[0] - low[0]).max(high[1] - low[1]);
-            let margin = size * if curved { 0.1 } else { 2.0 * TOLERANCE };
+            let margin = size * if curved { 0.1 } else { 2.0 * COORDINATES };
             let corners = (low.map(|v| v - margin), high.map(|v| v + margin));
             GeomWithData::new(Rectangle::from_aabb(AABB::from_corners(corners.0, corners.1)), i)
         };
@@ -68,9 +66,9 @@ fn cell_box(points: &[[f64; 3]], cell: &Cell) -> ([f64; 2], [f64; 2]) {
 fn inside(kind: ElementKind, xi: &[f64; 3]) -> bool {
     match kind {
         ElementKind::Tri3 | ElementKind::Tri6 => {
-            xi[0] >= -TOLERANCE && xi[1] >= -TOLERANCE && xi[0] + xi[1] <= 1.0 + TOLERANCE
+            xi[0] >= -COORDINATES && xi[1] >= -COORDINATES && xi[0] + xi[1] <= 1.0 + COORDINATES
         }
-        ElementKind::Quad4 | ElementKind::Quad8 => xi.iter().all(|v| v.abs() <= 1.0 + TOLERANCE),
+        ElementKind::Quad4 | ElementKind::Quad8 => xi.iter().all(|v| v.abs() <= 1.0 + COORDINATES),
     }
 }
 

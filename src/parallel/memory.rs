@@ -66,7 +66,7 @@ fn out_of_memory(size: usize) -> ! {
         }
         let _ = writeln!(err, "; fewer unknowns or more memory help");
     }
-    crate::petsc::end_all(Error::MEMORY);
+    super::end_all(Error::MEMORY);
     // Without MPI, or if it cannot end them.
     std::process::exit(Error::MEMORY)
 }

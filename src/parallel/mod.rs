@@ -3,11 +3,13 @@
 //! Collective calls appear here, in [`crate::petsc`] and in [`crate::output`], and say so.
 mod child;
 mod deal;
+mod end;
 mod exchange;
 mod memory;
 
 pub use child::{bind_to_parent, end_with_parent};
 pub use deal::{Share, deal};
+pub use end::end_all;
 pub use exchange::{Exchange, Partner, Traffic};
 pub use memory::{busy_with, can_have, demand};
 

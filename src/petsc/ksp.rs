@@ -7,6 +7,7 @@ use super::{
     sys,
 };
 use crate::error::{Error, Result};
+use crate::tolerances::PRODUCT;
 use mpi::traits::{AsRaw, Communicator};
 use std::{
     ffi::{CStr, CString, c_char},
@@ -32,9 +33,6 @@ const DEPARTS: f64 = 10.0;
 /// A solver that stops by another norm than the true residual's is started again so often.
 const RESTARTS: usize = 3;
 
-/// Rounding the product A x alone leaves about this share of |A| |x|.
-pub const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
-
 /// Preconditioners whose operator is symmetric for a symmetric matrix; conjugate gradients need one.
 const SYMMETRIC: [&str; 16] = [
     "bjacobi",
@@ -59,7 +57,6 @@ const SYMMETRIC: [&str; 16] = [
 const DIRECT: [&str; 2] = ["cholesky", "lu"];
 
 handle!(Handle, KSP, KSPDestroy);
-handle!(Dense, Mat, MatDestroy);
 
 /// A linear solver with its options prefix.
 pub struct Ksp {
@@ -235,7 +232,7 @@ impl Ksp {
             self.residual(b, x, &residual)?;
             let before = reached;
             reached = residual.norm()? / scale;
-            let round_off = ROUND_OFF * self.diagonal * x.norm()? / scale;
+            let round_off = PRODUCT * self.diagonal * x.norm()? / scale;
             if reached <= (DEPARTS * self.tolerance).max(round_off) {
                 return Ok(());
             }
@@ -263,59 +260,6 @@ impl Ksp {
             check(sys::KSPGetOperators(self.handle.0, &mut a, ptr::null_mut()))?;
             check(sys::MatMult(a, x.0, r.0))?;
             check(sys::VecAYPX(r.0, -1.0, b.0))
-        }
-    }
-
-    /// Solves for several right-hand sides at once. `columns` holds this rank's `n_owned` rows of each of the `n`
-    /// columns, column-major, and receives the solutions.
-    pub fn solve_many<C: Communicator + AsRaw<Raw = mpi::ffi::MPI_Comm>>(
-        &self,
-        comm: &C,
-        n_owned: usize,
-        n: usize,
-        columns: &mut [f64],
-    ) -> Result<()> {
-        assert_eq!(columns.len(), n_owned * n);
-        if !self.direct {
-            let (b, x) = (Vector::zeros(comm, n_owned)?, Vector::zeros(comm, n_owned)?);
-            for k in 0..n {
-                let column = &mut columns[k * n_owned..][..n_owned];
-                b.set(column)?;
-                self.iterate(&b, &x)?;
-                column.copy_from_slice(&x.to_vec()?);
-            }
-            return Ok(());
-        }
-        let dense = || -> Result<Dense> {
-            // SAFETY: PETSc allocates the storage.
-            Ok(Dense(make(|m| unsafe {
-                sys::MatCreateDense(
-                    comm.as_raw(),
-                    n_owned as i32,
-                    sys::PETSC_DECIDE,
-                    sys::PETSC_DETERMINE,
-                    n as i32,
-                    ptr::null_mut(),
-                    m,
-                )
-            })?))
-        };
-        let (b, x) = (dense()?, dense()?);
-        // SAFETY: a dense matrix stores n_owned x n values per rank, column-major, with leading dimension n_owned.
-        unsafe {
-            let mut p = ptr::null_mut();
-            check(sys::MatDenseGetArray(b.0, &mut p))?;
-            std::slice::from_raw_parts_mut(p, columns.len()).copy_from_slice(columns);
-            check(sys::MatDenseRestoreArray(b.0, &mut p))?;
-            for m in [&b, &x] {
-                check(sys::MatAssemblyBegin(m.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
-                check(sys::MatAssemblyEnd(m.0, sys::MatAssemblyType::MAT_FINAL_ASSEMBLY))?;
-            }
-            check(sys::KSPMatSolve(self.handle.0, b.0, x.0))?;
-            let mut p = ptr::null();
-            check(sys::MatDenseGetArrayRead(x.0, &mut p))?;
-            columns.copy_from_slice(std::slice::from_raw_parts(p, columns.len()));
-            check(sys::MatDenseRestoreArrayRead(x.0, &mut p))
         }
     }
 }

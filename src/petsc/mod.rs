@@ -13,10 +13,10 @@ mod session;
 mod stage;
 
 pub use dense::{Cholesky, Symmetric};
-pub use ksp::{Ksp, ROUND_OFF, smooth_stretched};
+pub use ksp::{Ksp, smooth_stretched};
 pub use linear::{Coordinates, Gather, Matrix, Vector};
 pub use schur::SchurFactor;
-pub use session::{Session, abort, end_all, has_option, option_prefixes_left, set_options, touch_blas};
+pub use session::{Session, has_option, option_prefixes_left, set_options, touch_blas};
 pub use stage::{Stage, StageSeconds};
 
 #[allow(non_upper_case_globals, non_camel_case_types, non_snake_case, missing_docs, unused)]

@@ -142,21 +142,3 @@ pub fn option_prefixes_left(prefix: &str) -> Result<Vec<String>> {
         Ok(left)
     }
 }
-
-/// Ends all ranks at once, with exit code 1.
-pub fn abort() {
-    end_all(1);
-}
-
-/// Ends all ranks at once with an exit code, if MPI runs.
-pub fn end_all(code: i32) {
-    let (mut begun, mut ended) = (0, 0);
-    // SAFETY: both questions may be asked at any time; the abort only while MPI runs.
-    unsafe {
-        sys::MPI_Initialized(&mut begun);
-        sys::MPI_Finalized(&mut ended);
-        if begun != 0 && ended == 0 {
-            sys::MPI_Abort(sys::RSMPI_COMM_WORLD, code);
-        }
-    }
-}

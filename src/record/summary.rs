@@ -316,7 +316,7 @@ pub struct PairSummary {
     /// Mean contraction measured, an alternation, -.
     #[serde(skip_serializing_if = "absent")]
     pub contraction: Option<f64>,
-    /// Nodes in contact: of the multiplier side, or of both with the pointwise transfer of the relaxed alternation.
+    /// Nodes of the multiplier side in contact.
     pub active: u64,
     /// Nodes that could be and are not.
     pub open: u64,

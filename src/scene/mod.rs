@@ -11,6 +11,17 @@ use crate::{
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{collections::HashSet, rc::Rc};
 
+/// A side of a contact pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ContactSide {
+    /// Index of the pair in the case.
+    pub pair: usize,
+    /// Side in the case: 0 is A.
+    pub side: usize,
+    /// Index of its body in the case.
+    pub body: usize,
+}
+
 /// What `kontakt check` reports, and what a run starts from: meshes checked, ranks dealt, bodies restrained.
 pub struct Plan {
     /// Unknowns of each body.
@@ -21,8 +32,8 @@ pub struct Plan {
     pub(crate) meshes: Vec<Mesh>,
     /// Contact surfaces of this group's bodies, in the order of `ends`.
     pub(crate) surfaces: Vec<Surface>,
-    /// Per surface: pair, side (0: A), body index in the case.
-    pub(crate) ends: Vec<(usize, usize, usize)>,
+    /// Of which side of which pair each surface is.
+    pub(crate) ends: Vec<ContactSide>,
     /// Bodies of the case that supports do not hold.
     floating: Vec<bool>,
     /// Wall seconds it took.
@@ -145,7 +156,7 @@ impl Plan {
                 let facets =
                     find_facets(&self.meshes[i], body, &name.surface, name.within.as_ref(), &contact.origin)?;
                 self.surfaces.push(Surface::new(&self.meshes[i], &facets, case.analysis.thickness()));
-                self.ends.push((p, side, index));
+                self.ends.push(ContactSide { pair: p, side, body: index });
             }
         }
         Ok(())
@@ -165,13 +176,12 @@ impl Plan {
                 (other == [a, b] || other == [b, a]).then_some((q, p, first))
             })
             .collect();
-        let end = |pair: usize, side: usize| self.ends.iter().position(|e| (e.0, e.1) == (pair, side));
         let facets = |end: usize| -> HashSet<[u32; 2]> {
             let surface = &self.surfaces[end];
             surface.facets.iter().map(|f| [f[0], f[1]].map(|n| surface.nodes[n as usize])).collect()
         };
         let shared = alike.iter().flat_map(|&(q, p, first)| {
-            [0, 1].map(|side| match (end(p, side), end(q, side ^ first)) {
+            [0, 1].map(|side| match (self.end(p, side), self.end(q, side ^ first)) {
                 (Some(i), Some(j)) => f64::from(u8::from(!facets(i).is_disjoint(&facets(j)))),
                 // Another group's, or rigid: a rigid surface is one.
                 _ => f64::from(u8::from(case.contacts[p].surfaces[side].body.deformable().is_none())),
@@ -237,12 +247,9 @@ impl Plan {
         bodies.into_iter().any(|b| self.floating[b])
     }
 
-    /// The deformable body on the other side of an end's pair.
-    pub(crate) fn other_body(&self, case: &Case, pair: usize, side: usize) -> usize {
-        case.contacts[pair].surfaces[1 - side]
-            .body
-            .deformable()
-            .expect("the relaxed driver takes no rigid bodies")
+    /// Which of this rank's surfaces is that of a side of a pair.
+    pub(crate) fn end(&self, pair: usize, side: usize) -> Option<usize> {
+        self.ends.iter().position(|end| (end.pair, end.side) == (pair, side))
     }
 
     /// Place of a body of the case among this group's.
@@ -257,7 +264,7 @@ impl Plan {
         Some(match &case.rigid[i].shape {
             RigidShape::Plane { through, normal } => {
                 // Long enough for the other surface wherever it lies.
-                let end = self.ends.iter().position(|e| (e.0, e.1) == (pair, 1 - side));
+                let end = self.end(pair, 1 - side);
                 let reach = end.map_or(1.0, |e| {
                     let surface = &self.surfaces[e];
                     let far = surface.points.iter().map(|p| {
@@ -277,24 +284,6 @@ impl Plan {
         })
     }
 
-    /// Number of nodes of each pair's surfaces, over all ranks: what may touch. Collective.
-    pub fn contact_nodes(&self, case: &Case) -> Vec<[usize; 2]> {
-        let mut counts = vec![0.0; 2 * case.contacts.len()];
-        if self.groups.is_root() {
-            for (surface, &(pair, side, _)) in std::iter::zip(&self.surfaces, &self.ends) {
-                counts[2 * pair + side] = surface.nodes.len() as f64;
-            }
-        }
-        let all = parallel::sum(&self.groups.world, &counts);
-        all.chunks_exact(2).map(|c| [c[0] as usize, c[1] as usize]).collect()
-    }
-
-    /// Mesh nodes of all contact surfaces of a body of this group, surface by surface.
-    pub(crate) fn observed(&self, body: usize) -> Vec<u32> {
-        let own = std::iter::zip(&self.surfaces, &self.ends).filter(|(_, end)| end.2 == body);
-        own.flat_map(|(surface, _)| surface.nodes.iter().copied()).collect()
-    }
-
     /// The exchange between this rank's surfaces and their partners'.
     pub fn exchange(&self, case: &Case) -> Exchange<'_> {
         Exchange {
@@ -308,12 +297,12 @@ impl Plan {
     fn partners(&self, case: &Case) -> Vec<Partner> {
         self.ends
             .iter()
-            .map(|&(pair, side, _)| {
+            .map(|&ContactSide { pair, side, .. }| {
                 let other = case.contacts[pair].surfaces[1 - side].body;
                 let Some(other) = other.deformable() else { return Partner::Rigid };
                 let group = self.groups.group_of(other);
                 if group == self.groups.own {
-                    let here = self.ends.iter().position(|e| (e.0, e.1) == (pair, 1 - side));
+                    let here = self.end(pair, 1 - side);
                     Partner::Here(here.expect("both sides are on this rank"))
                 } else {
                     Partner::Remote { rank: group as i32, pair }

@@ -5,14 +5,7 @@
 //! F, the displacement step of one body of each pair preconditions. Then nodes in tension leave the set and nodes that
 //! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
-use super::{
-    Coarse, Coupling, MeshError, Outcome, PairRows, Reason, Respond, Share,
-    dual::Dual,
-    projected_cg::Inner,
-    record::{Recorder, State},
-    scales::{ROUND_OFF, THRESHOLD},
-    tolerance::Look,
-};
+use super::{ActiveSet, Ended, Reason, Respond, dual::Dual, projected_cg::Inner, record::Snapshot};
 use crate::vector::{larger, smaller};
 use crate::{error::Result, record::HistoryRow};
 use std::{
@@ -37,109 +30,14 @@ const FEW_LONG_WAVES: f64 = 0.01;
 /// In a chain of bodies both sides of a pair make the displacement step if neither is this much softer than the other.
 const ALIKE: f64 = 10.0;
 
-/// What the user chooses.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
-    /// Residual of the gap at active rows, relative to the elastic approach of the surfaces.
-    pub tolerance: f64,
-    /// Alternations (force steps and active-set updates) after which the driver gives up.
-    pub max_alternations: usize,
-}
-
-/// The driver's state on the rows of this rank.
-pub struct ActiveSet<'c, 'a, B> {
-    /// The bodies.
-    pub coupling: &'c mut Coupling<'a, B>,
-    /// Rows of each end; empty for mortar ends.
-    pub rows: &'c [PairRows],
-    /// The free rigid modes.
-    pub coarse: &'c Coarse,
-    /// The user's choices; an automatic tolerance as far as it has come down.
-    pub limits: Limits,
-    /// Given if the tolerance is automatic; on all roots or on none.
-    pub mesh_error: Option<&'c MeshError<'c>>,
-    /// Compressive row forces, N.
-    pub force: Vec<f64>,
-    /// g_free + F R, m: the gap but for the rigid motions.
-    pub gap: Vec<f64>,
-    /// Amplitudes of the rigid modes.
-    pub alpha: Vec<f64>,
-    /// Rows in contact.
-    pub active: Vec<bool>,
-    /// Who makes the displacement steps of each end's pair.
-    pub share: Vec<Share>,
-    /// Active-set updates so far.
-    pub updates: usize,
-    /// Rows that changed at the last update.
-    pub flipped: Vec<usize>,
-    /// The residual that round-off leaves, if that is more than the tolerance.
-    pub round_off: Option<f64>,
-    /// F, where it is at hand as a matrix.
-    pub(super) dual: Option<Dual>,
-    pub(super) g_free: Vec<f64>,
-    /// The look at the mesh error that the next one has to confirm.
-    pub(super) look: Option<Look>,
-    pub(super) recorder: Recorder,
-    pub(super) threshold: f64,
-    /// The residual at which the last linear solve ended, relative.
-    pub(super) residual: f64,
-}
-
 impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
-    /// Finds where the bodies would penetrate: the first active set and the first guess of the forces. `warm`: forces
-    /// of the last load step. `Err` of the inner result: the rigid motion that nothing stops. Collective on the roots.
-    pub fn new(
-        coupling: &'c mut Coupling<'a, B>,
-        rows: &'c [PairRows],
-        coarse: &'c Coarse,
-        limits: Limits,
-        n_pairs: usize,
-        step: u64,
-    ) -> Self {
-        let mut initial: Vec<f64> = rows.iter().flat_map(|r| r.gap.iter().copied()).collect();
-        initial.resize(coupling.n, 0.0);
-        let free = coupling.free();
-        // A gap that closes to round-off is closed, and does not penetrate.
-        let closes = |g: f64, w: f64| (g - w).abs() <= ROUND_OFF * g.abs().max(w.abs());
-        let g_free: Vec<f64> =
-            std::iter::zip(&initial, free).map(|(&g, w)| if closes(g, w) { 0.0 } else { g - w }).collect();
-        let n = coupling.n;
-        let recorder = Recorder::new(n_pairs, step);
-        let dual = Dual::new(coupling, coarse, rows, n_pairs);
-        ActiveSet {
-            dual,
-            share: vec![1.0; coupling.ends.len()],
-            coupling,
-            rows,
-            coarse,
-            limits,
-            mesh_error: None,
-            force: vec![0.0; n],
-            gap: g_free.clone(),
-            alpha: vec![0.0; coarse.n],
-            active: vec![false; n],
-            updates: 0,
-            flipped: Vec::new(),
-            round_off: None,
-            g_free,
-            look: None,
-            recorder,
-            threshold: THRESHOLD,
-            residual: 0.0,
-        }
-    }
-
-    /// Runs to the end; `warm`: forces of the last load step; `progress` sees every row of the history. The inner error
-    /// is the rigid motion on which the loads work and which nothing stops. Collective on the roots.
-    pub fn run(
-        &mut self,
-        warm: Option<&[f64]>,
-        mut progress: impl FnMut(&HistoryRow),
-    ) -> Result<std::result::Result<Outcome, Vec<f64>>> {
+    /// Runs to the end; `warm`: forces of the last load step; `progress` sees every row of the history. Collective on the
+    /// roots.
+    pub fn run(&mut self, warm: Option<&[f64]>, mut progress: impl FnMut(&HistoryRow)) -> Result<Ended> {
         self.coupling.check_free(&self.g_free)?;
         let (start, alpha) = match self.coarse.start(self.coupling.exchange, &self.g_free) {
             Ok(start) => start,
-            Err(motion) => return Ok(Err(motion)),
+            Err(motion) => return Ok(Ended::Driven(motion)),
         };
         self.alpha = alpha;
         if self.largest(&start) == 0.0 {
@@ -149,8 +47,10 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
                 *alpha = if *k > 0.0 { rest } else { *alpha };
             }
             (self.force, self.active) = (start.clone(), self.compressed(&start));
-            return Ok(Ok(self.outcome(Reason::Open)));
+            return Ok(Ended::Outcome(self.outcome(Reason::Open)));
         }
+        let closed = self.compressed(&start);
+        self.dual = Dual::new(self.coupling, self.coarse, self.rows, self.recorder.n_pairs(), &closed);
         let guess = match warm {
             Some(warm) if self.largest(warm) > 0.0 => {
                 // Where the springs' forces are not known they start from rest.
@@ -163,12 +63,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         };
         let guess = self.first_guess(guess, &mut progress)?;
         let reason = self.iterate(guess, &start, &mut progress)?;
-        Ok(Ok(self.outcome(reason)))
-    }
-
-    /// How it ends: as it did so far, for this reason.
-    pub fn outcome(&mut self, reason: Reason) -> Outcome {
-        Outcome { reason, history: self.recorder.take() }
+        Ok(Ended::Outcome(self.outcome(reason)))
     }
 
     /// Semi-smooth Newton, then feasible steps if it cycles.
@@ -333,7 +228,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         }
     }
 
-    fn set_hash(&self) -> u64 {
+    pub(super) fn set_hash(&self) -> u64 {
         let mut parts = 0.0;
         for (i, end) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
             let mut hasher = DefaultHasher::new();
@@ -351,7 +246,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let size = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
         let imbalance = size(&mut std::iter::zip(&pushed, &self.coarse.work).map(|(p, e)| p - e));
         let total = size(&mut self.coarse.work.iter().copied());
-        let state = State {
+        let state = Snapshot {
             gaps: &gaps,
             active: &self.active,
             flipped: if flips > 0 { &self.flipped } else { &[] },

@@ -1,6 +1,6 @@
 //! The active-set driver on bodies that are matrices.
-use super::{ActiveSet, Coarse, Coupling, End, Limits, PairRows, Reason, Respond, Spring};
-use crate::vector::{larger, smaller};
+use super::{ActiveSet, Coarse, Coupling, End, Ended, Limits, PairRows, Reason, Respond, Spring};
+use crate::vector::{larger, largest, smaller};
 use crate::{
     error::Result,
     parallel::{Exchange, Partner},
@@ -86,8 +86,8 @@ fn run(
 ) -> std::result::Result<Run, Vec<f64>> {
     let n = gap.len();
     let ends = [
-        End { pair: 0, multiplier: true, body: 0, rows: 0..n },
-        End { pair: 0, multiplier: false, body: 1, rows: 0..n },
+        End { pair: 0, multiplier: true, body: 0, rows: 0..n, watched: Vec::new() },
+        End { pair: 0, multiplier: false, body: 1, rows: 0..n, watched: Vec::new() },
     ];
     let exchange = Exchange {
         comm: None,
@@ -103,7 +103,10 @@ fn run(
     let coarse = Coarse::new(&coupling, n_modes, &first, vec![stiffness; n]);
     let limits = Limits { tolerance: 1e-8, max_alternations: 500 };
     let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
-    let outcome = driver.run(None, |_| {}).expect("no library fails")?;
+    let outcome = match driver.run(None, |_| {}).expect("no library fails") {
+        Ended::Outcome(outcome) => outcome,
+        Ended::Driven(motion) => return Err(motion),
+    };
     let free_modes = coarse.projector(&exchange, &driver.active).unrestrained.len();
     Ok(Run {
         reason: outcome.reason,
@@ -208,8 +211,8 @@ fn feasible_steps_find_the_same_solution() {
     let reference =
         run(&mut [body(a.clone()), body(b.clone())], gap.clone(), 0.75, 1.0 / 3.0).expect("restrained");
     let ends = [
-        End { pair: 0, multiplier: true, body: 0, rows: 0..n },
-        End { pair: 0, multiplier: false, body: 1, rows: 0..n },
+        End { pair: 0, multiplier: true, body: 0, rows: 0..n, watched: Vec::new() },
+        End { pair: 0, multiplier: false, body: 1, rows: 0..n, watched: Vec::new() },
     ];
     let exchange = Exchange {
         comm: None,
@@ -283,5 +286,57 @@ fn a_body_without_load_is_pushed_away_until_it_touches() {
         assert_eq!(run.reason, Reason::Open, "{case}");
         let nearest = run.gaps.iter().copied().fold(f64::INFINITY, smaller);
         assert!(nearest.abs() <= 1e-12 * deepest, "{case}: the nearest nodes are {nearest:e} apart");
+    }
+}
+
+/// A change of the gaps changes a function of the forces by their scalar product with the dual forces.
+#[test]
+fn the_influence_of_the_gaps_on_the_forces() {
+    let n = 41;
+    let ends = [
+        End { pair: 0, multiplier: true, body: 0, rows: 0..n, watched: Vec::new() },
+        End { pair: 0, multiplier: false, body: 1, rows: 0..n, watched: Vec::new() },
+    ];
+    // Held by supports; pressed by a force, so that contact alone holds it.
+    for is_free in [false, true] {
+        let changed = |change: f64| {
+            let (mut bodies, x) =
+                ([half_plane(n, 1.0).0, half_plane(n, 3.0).0].map(body), half_plane(n, 1.0).1);
+            if is_free {
+                bodies[0].modes = vec![vec![1.0; n]];
+                (bodies[0].work, bodies[0].scale) = (vec![0.3], vec![0.3]);
+            }
+            let bump = |x: f64| change * (3.0 * x + 0.4).cos();
+            let approach = if is_free { 0.0 } else { 0.4 };
+            let gap: Vec<f64> = x.iter().map(|x| 0.5 * x * x - approach + bump(*x)).collect();
+            let rows = [
+                PairRows { gap, stiffness: 0.7, compliance_ratio: 3.0, ..PairRows::default() },
+                PairRows::default(),
+            ];
+            let exchange = Exchange {
+                comm: None,
+                partners: vec![Partner::Here(1), Partner::Here(0)],
+                traffic: Default::default(),
+            };
+            let mut coupling = Coupling::new(&mut bodies, &ends, &exchange);
+            let modes = usize::from(is_free);
+            let coarse = Coarse::new(&coupling, modes, &[0, modes], vec![0.7; n]);
+            let limits = Limits { tolerance: 1e-11, max_alternations: 500 };
+            let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
+            let ended = driver.run(None, |_| {}).expect("no library fails");
+            assert!(matches!(ended, Ended::Outcome(_)), "it is held");
+            let c: Vec<f64> = x.iter().map(|x| if x.abs() < 0.2 { 1.0 } else { 0.0 }).collect();
+            let value: f64 = std::iter::zip(&c, &driver.force).map(|(c, f)| c * f).sum();
+            let (dual, _) = driver.influence(c).expect("no library fails");
+            let slope: f64 = std::iter::zip(&x, &dual).map(|(x, m)| m * (3.0 * x + 0.4).cos()).sum();
+            if is_free {
+                assert!(dual.iter().sum::<f64>().abs() < 1e-9 * largest(&dual), "in equilibrium");
+            }
+            (value, slope)
+        };
+        let step = 1e-6;
+        let [(low, _), (_, slope), (high, _)] = [-step, 0.0, step].map(changed);
+        let measured = (high - low) / (2.0 * step);
+        assert!((slope / measured - 1.0).abs() < 0.02, "{is_free}: {slope:e} {measured:e}");
     }
 }

@@ -3,16 +3,11 @@
 //! With Z the outward row displacements of all free modes, alpha their amplitudes and e the work of the loads on them,
 //! the gap is g = g_free + F R - Z alpha and the bodies are in equilibrium if Z' R = e. A spring of stiffness k and lever z
 //! on a mode is one more row, of compliance 1/k and never open: r / k - z alpha = 0, and z r resists the mode.
-use super::{Coupling, Respond, scales::ROUND_OFF};
+use super::{Coupling, Respond};
 use crate::parallel::Exchange;
+use crate::tolerances::{FREE_OF_CONTACT, NO_WORK, SUM};
 use crate::vector::{larger, smaller, symmetric_eigen};
 use nalgebra::{DMatrix, DVector};
-
-/// An eigenvalue of Z' Q Z below this, relative to the largest, is a mode that contact does not restrain.
-const FREE: f64 = 1e-11;
-
-/// Work of the loads below this, relative to the sum of the absolute works, is none.
-const NO_WORK: f64 = 1e-9;
 
 /// A slope of the rigid start's energy below this, relative to the first, is none.
 const FLAT: f64 = 1e-13;
@@ -21,6 +16,7 @@ const FLAT: f64 = 1e-13;
 const START_ITERATIONS: usize = 200;
 
 /// The free modes of all bodies.
+#[derive(Clone)]
 pub struct Coarse {
     /// Number of modes of all bodies.
     pub n: usize,
@@ -40,6 +36,7 @@ pub struct Coarse {
 }
 
 /// What is taken out of the problem: the part of the work and of the rows' displacements that belongs to held motions.
+#[derive(Clone)]
 struct Held {
     work: Vec<f64>,
     rows: Vec<[Vec<(usize, f64)>; 2]>,
@@ -137,6 +134,14 @@ impl Coarse {
         std::iter::zip(&held.work, exchange.sum(&pushed)).map(|(work, pushed)| work - pushed).collect()
     }
 
+    /// The same modes under no loads.
+    pub(super) fn unloaded(&self) -> Coarse {
+        let mut coarse = self.clone();
+        coarse.work.fill(0.0);
+        coarse.held.iter_mut().for_each(|held| held.work.fill(0.0));
+        coarse
+    }
+
     /// True if springs resist all modes: each body stands without contact.
     pub fn all_are_sprung(&self) -> bool {
         self.stiffness.iter().all(|k| *k > 0.0)
@@ -216,7 +221,7 @@ impl Coarse {
         for (k, &value) in eigen.eigenvalues.iter().enumerate() {
             let mut v = eigen.eigenvectors.column(k).into_owned();
             (0..n).for_each(|i| v[i] *= unit(i));
-            if value > FREE * top && top > 0.0 {
+            if value > FREE_OF_CONTACT * top && top > 0.0 {
                 inverse += &v * v.transpose() / value;
             } else {
                 unrestrained.push(v.normalize());
@@ -249,7 +254,7 @@ impl Coarse {
         let force = |alpha: &[f64]| -> Vec<f64> {
             let force = |j: usize| {
                 let (moved, gap) = (self.at(j, alpha), gap[j]);
-                let touches = (moved - gap).abs() <= ROUND_OFF * moved.abs().max(gap.abs());
+                let touches = (moved - gap).abs() <= SUM * moved.abs().max(gap.abs());
                 match j < self.n_rows {
                     true if touches => 0.0,
                     true => larger(self.scaling[j] * (moved - gap), 0.0),
@@ -305,7 +310,13 @@ impl Coarse {
         direction: &[f64],
         open_ended: bool,
     ) -> Option<f64> {
-        let along: Vec<f64> = (0..gap.len()).map(|j| self.at(j, direction)).collect();
+        // What is round-off of bodies that move together closes nothing.
+        let along = |j: usize| {
+            let parts = self.rows[j].iter().flatten().map(|&(k, z)| (z * direction[k]).abs()).sum::<f64>();
+            let along = self.at(j, direction);
+            if along.abs() > SUM * parts { along } else { 0.0 }
+        };
+        let along: Vec<f64> = (0..gap.len()).map(along).collect();
         let pen: Vec<f64> = (0..gap.len()).map(|j| self.at(j, alpha) - gap[j]).collect();
         let work: f64 = std::iter::zip(&self.work, direction).map(|(e, d)| e * d).sum();
         let slope = |t: f64| -> [f64; 2] {

@@ -21,6 +21,9 @@ pub struct End {
     pub body: usize,
     /// The pair's rows among the body's.
     pub rows: Range<usize>,
+    /// Of these, those that only show the other side where this one is: their forces do not act here. None but with the
+    /// paper's transfer between nodes that do not match.
+    pub watched: Vec<usize>,
 }
 
 /// The rows of a pair, on its multiplier side.
@@ -40,6 +43,21 @@ pub struct PairRows {
     pub mortar_is_coarse: bool,
     /// One of the two bodies is in contact elsewhere, too.
     pub in_chain: bool,
+    /// Side in the case of the multipliers: 0 is A.
+    pub side: usize,
+    /// Per row: whether the multiplier side and the mortar side cannot give way, held by supports or rigid.
+    pub held: Vec<[bool; 2]>,
+    /// Rows whose forces do not act on the multiplier side and on the mortar side.
+    pub interpolated: [Vec<Interpolated>; 2],
+}
+
+/// A row whose force does not act on a side: the force at its place there is a mean of those of other rows (28).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Interpolated {
+    /// The row.
+    pub row: usize,
+    /// The others, with their weights.
+    pub terms: Vec<(usize, f64)>,
 }
 
 /// How many steps the bodies have made.
@@ -141,25 +159,62 @@ impl<'a, B: Respond> Coupling<'a, B> {
     /// roots.
     pub fn force_step(&mut self, force: &[f64]) -> Result<[Vec<f64>; 2]> {
         self.steps.force += 1;
-        let out: Vec<Vec<f64>> = self.ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
-        let received = self.exchange.swap(&out);
-        let mut forces: Vec<Vec<f64>> = self.bodies.iter().map(|b| vec![0.0; b.n_rows()]).collect();
-        for (i, end) in self.ends.iter().enumerate() {
-            let values = if end.multiplier { &out[i] } else { &received[i] };
-            forces[end.body][end.rows.clone()].copy_from_slice(values);
-        }
-        let answers = std::iter::zip(self.bodies.iter_mut(), &forces);
-        let answers = answers.map(|(body, force)| body.force_step(force)).collect::<Result<Vec<_>>>();
-        let checked = answers.and_then(|answers| {
-            finite(&self.names, answers.iter().map(Vec::as_slice), FORCE_STEP)?;
-            Ok(answers)
-        });
-        let answers = self.exchange.agree(checked)?;
-        let mut answers = self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec());
+        let forces = self.on_bodies([force; 2]);
+        let mut answers = self.answers(FORCE_STEP, |b, body| body.force_step(&forces[b]))?;
         for (j, (_, spring)) in (self.n_rows..).zip(&self.springs) {
             answers[0][j] = force[j] / spring.stiffness;
         }
         Ok(answers)
+    }
+
+    /// What each side of the active rows adds to its forces, N, if it is pushed inwards by its own of `inward`, m: multiplier
+    /// and mortar sides. One displacement step of all bodies. Collective on the roots.
+    pub fn push(&mut self, inward: [&[f64]; 2], active: &[bool]) -> Result<[Vec<f64>; 2]> {
+        self.steps.displacement += 1;
+        let flags: Vec<f64> = active.iter().map(|a| f64::from(u8::from(*a))).collect();
+        let (inward, flags) = (self.on_bodies(inward), self.on_bodies([&flags; 2]));
+        self.answers(DISPLACEMENT_STEP, |b, body| {
+            let active: Vec<bool> = flags[b].iter().map(|f| *f > 0.5).collect();
+            body.displacement_step(&inward[b], &active)
+        })
+    }
+
+    /// How far the multiplier and the mortar sides have moved, in any direction, under all loads and the row forces, m.
+    /// Collective on the roots.
+    pub fn distances(&mut self, force: &[f64]) -> Result<[Vec<f64>; 2]> {
+        let forces = self.on_bodies([force; 2]);
+        self.answers(FORCE_STEP, |b, body| body.distances(&forces[b]))
+    }
+
+    /// Row vectors of the multiplier and the mortar sides, brought to the bodies' rows; zero where rows are watched only.
+    fn on_bodies(&self, values: [&[f64]; 2]) -> Vec<Vec<f64>> {
+        let of_ends = |values: &[f64]| -> Vec<Vec<f64>> {
+            self.ranges.iter().map(|range| values[range.clone()].to_vec()).collect()
+        };
+        let own = of_ends(values[0]);
+        let received = self.exchange.swap(&of_ends(values[1]));
+        let mut on_bodies: Vec<Vec<f64>> = self.bodies.iter().map(|b| vec![0.0; b.n_rows()]).collect();
+        for (i, end) in self.ends.iter().enumerate() {
+            let rows = &mut on_bodies[end.body][end.rows.clone()];
+            rows.copy_from_slice(if end.multiplier { &own[i] } else { &received[i] });
+            end.watched.iter().for_each(|&k| rows[k] = 0.0);
+        }
+        on_bodies
+    }
+
+    /// The answers of all bodies, the gate passed, brought to the multiplier ends.
+    fn answers(
+        &mut self,
+        question: &str,
+        mut answer: impl FnMut(usize, &mut B) -> Result<Vec<f64>>,
+    ) -> Result<[Vec<f64>; 2]> {
+        let answers = self.bodies.iter_mut().enumerate().map(|(b, body)| answer(b, body));
+        let checked = answers.collect::<Result<Vec<_>>>().and_then(|answers| {
+            finite(&self.names, answers.iter().map(Vec::as_slice), question)?;
+            Ok(answers)
+        });
+        let answers = self.exchange.agree(checked)?;
+        Ok(self.to_multipliers(|_, end| answers[end.body][end.rows.clone()].to_vec()))
     }
 
     /// Displacement step: the forces, N, with which the bodies resist being pushed inwards by `inward` on the active rows,
@@ -197,13 +252,7 @@ impl<'a, B: Respond> Coupling<'a, B> {
     ) -> Result<Vec<Option<f64>>> {
         let lead: Vec<Share> = share.iter().map(|s| if *s >= 0.5 { 1.0 } else { 0.0 }).collect();
         // Both sides know the forces held, whoever leads.
-        let out: Vec<Vec<f64>> = self.ranges.iter().map(|range| held[range.clone()].to_vec()).collect();
-        let received = self.exchange.swap(&out);
-        let mut on_bodies: Vec<Vec<f64>> = self.bodies.iter().map(|b| vec![0.0; b.n_rows()]).collect();
-        for (i, end) in self.ends.iter().enumerate() {
-            let values = if end.multiplier { &out[i] } else { &received[i] };
-            on_bodies[end.body][end.rows.clone()].copy_from_slice(values);
-        }
+        let on_bodies = self.on_bodies([held; 2]);
         let held_springs = held[self.n_rows..].to_vec();
         let ones = vec![1.0; self.n];
         let mut on_bodies = on_bodies.into_iter();

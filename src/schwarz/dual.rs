@@ -4,13 +4,16 @@
 //! Every root holds F; the first one solves and the others receive its answer, so that all have the same digits.
 use super::{
     Coarse, Coupling, PairRows, Respond,
-    quadratic::{Face, Found, Given, Quadratic},
+    quadratic::{Answer, Face, Given, Quadratic},
 };
 use crate::{error::Result, petsc::Symmetric, vector::larger};
 use std::ops::Range;
 
-/// Factorisations of F that a contact problem is reckoned to take, n^3 / 3 operations each.
+/// Factorisations on the closed rows that a contact problem is reckoned to take, m^3 / 3 operations each.
 const FACTORISATIONS: f64 = 10.0;
+
+/// Products with F, its scaling included, 2 n^2 operations each.
+const PRODUCTS: f64 = 50.0;
 
 /// Operations that nobody notices: a fraction of a second, less than the start of a run.
 const UNNOTICED: f64 = 1e9;
@@ -28,16 +31,18 @@ pub(super) struct Dual {
 }
 
 impl Dual {
-    /// Gathers F; `None` where a body has no compliance at hand, or where factorising F would cost more than condensing
-    /// the bodies has. The same on all roots. Collective on them.
+    /// Gathers F; `None` where a body has no compliance at hand, or where working with F would cost more than condensing
+    /// the bodies has. `closed`: rows that a first guess closes. The same on all roots. Collective on them.
     pub fn new<B: Respond>(
         coupling: &Coupling<B>,
         coarse: &Coarse,
         rows: &[PairRows],
         n_pairs: usize,
+        closed: &[bool],
     ) -> Option<Dual> {
         let exchange = coupling.exchange;
-        let mut counts = vec![0.0; n_pairs + 2];
+        let mut counts = vec![0.0; n_pairs + 3];
+        counts[n_pairs + 2] = closed[..coupling.n_rows].iter().filter(|c| **c).count() as f64;
         for end in coupling.ends.iter().filter(|end| end.multiplier) {
             counts[end.pair] = end.rows.len() as f64;
         }
@@ -48,8 +53,10 @@ impl Dual {
         let counts = exchange.sum(&counts);
         let first: Vec<usize> = (0..=n_pairs).map(|p| counts[..p].iter().sum::<f64>() as usize).collect();
         let n = first[n_pairs];
-        let work = FACTORISATIONS * (n as f64).powi(3) / 3.0;
-        if n == 0 || counts[n_pairs] > 0.0 || work > larger(counts[n_pairs + 1], UNNOTICED) {
+        let factorised = |n: f64| FACTORISATIONS * n.powi(3) / 3.0;
+        let work = factorised(counts[n_pairs + 2]) + PRODUCTS * 2.0 * (n as f64).powi(2);
+        let allowed = larger(counts[n_pairs + 1], UNNOTICED);
+        if n == 0 || counts[n_pairs] > 0.0 || work > allowed {
             return None;
         }
         let mut f = vec![0.0; n * n];
@@ -76,7 +83,7 @@ impl Dual {
             mode.iter_mut().enumerate().for_each(|(j, z)| *z = coarse.at(j, &unit));
         }
         let pairs: Vec<Range<usize>> = (0..n_pairs).map(|p| first[p]..first[p + 1]).collect();
-        let place = Place { coupling, first: &first };
+        let place = Layout { coupling, first: &first };
         let area = place.gather(&area);
         let mut scale = vec![1.0; n];
         for pair in &pairs {
@@ -95,7 +102,9 @@ impl Dual {
         };
         let modes = modes.into_iter().map(scaled).collect();
         let a = Symmetric::from_lower_rows(n, f);
-        let quadratic = Quadratic { a, modes, stiffness: coarse.stiffness.clone(), pairs };
+        // The interior-point method factorises all of it.
+        let interior = factorised(n as f64) <= allowed;
+        let quadratic = Quadratic { a, modes, stiffness: coarse.stiffness.clone(), pairs, interior };
         Some(Dual { first, quadratic, scale, face: None })
     }
 
@@ -109,7 +118,7 @@ impl Dual {
         force: &[f64],
         alpha: &[f64],
     ) -> Result<Option<(Vec<f64>, Vec<f64>)>> {
-        let place = Place { coupling, first: &self.first };
+        let place = Layout { coupling, first: &self.first };
         let scale = &self.scale;
         let gap: Vec<f64> = std::iter::zip(place.gather(gap), scale).map(|(g, s)| g / s).collect();
         let force: Vec<f64> = std::iter::zip(place.gather(force), scale).map(|(f, s)| f * s).collect();
@@ -118,7 +127,7 @@ impl Dual {
         let mut message = vec![0.0; n + coarse.n + 1];
         let found = if place.solves() { self.quadratic.solve(&given) } else { Ok(None) };
         let found = coupling.exchange.agree(found)?;
-        if let Some(Found { force, alpha, active, .. }) = found {
+        if let Some(Answer { force, alpha, active, .. }) = found {
             // Closed rows keep their forces, round-off's tension too; the others have none.
             let forces = force.iter().zip(&active).zip(scale).map(|((f, a), s)| if *a { f / s } else { 0.0 });
             message.splice(..n, forces);
@@ -144,7 +153,7 @@ impl Dual {
         r: &[f64],
         active: &[bool],
     ) -> Result<Option<Vec<f64>>> {
-        let place = Place { coupling, first: &self.first };
+        let place = Layout { coupling, first: &self.first };
         let flags: Vec<f64> = active.iter().map(|a| f64::from(u8::from(*a))).collect();
         let (r_rows, flags) = (place.gather(r), place.gather(&flags));
         // A spring answers its own residual, and what that pushes has to be taken up.
@@ -171,7 +180,7 @@ impl Dual {
         if message[n + coarse.n] != 1.0 {
             return Ok(None);
         }
-        let place = Place { coupling, first: &self.first };
+        let place = Layout { coupling, first: &self.first };
         let mut out = place.own(&message[..n]);
         let changed = coarse.spring_forces_at(&message[n..n + coarse.n]);
         out.extend(std::iter::zip(springs, changed).map(|(a, b)| a + b));
@@ -199,12 +208,12 @@ impl Dual {
 }
 
 /// Where this rank's rows are among those of all pairs.
-struct Place<'p, 'c, 'a, B> {
+struct Layout<'p, 'c, 'a, B> {
     coupling: &'p Coupling<'a, B>,
     first: &'c [usize],
 }
 
-impl<B: Respond> Place<'_, '_, '_, B> {
+impl<B: Respond> Layout<'_, '_, '_, B> {
     /// True on the root that solves.
     fn solves(&self) -> bool {
         use mpi::topology::Communicator;

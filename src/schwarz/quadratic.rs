@@ -5,7 +5,7 @@
 //! method, which cannot cycle, finds the set (Mehrotra 1992; Nocedal and Wright, Numerical Optimization, 16.6). Rows that
 //! depend on each other and motions that nothing holds need no special case: every factorisation is of a slightly
 //! stiffened system, whose error refinement takes away again; what the system does not determine stays at its least norm.
-use super::scales::ROUND_OFF;
+use crate::tolerances::SUM;
 use crate::{
     error::Result,
     petsc::{Cholesky, Symmetric},
@@ -51,6 +51,8 @@ pub(super) struct Quadratic {
     pub stiffness: Vec<f64>,
     /// Rows of each pair: what forces and gaps are compared with.
     pub pairs: Vec<Range<usize>>,
+    /// Whether the interior-point method may be asked.
+    pub interior: bool,
 }
 
 /// The right-hand sides, and where to begin.
@@ -64,7 +66,7 @@ pub(super) struct Given<'g> {
 
 /// What was found.
 #[derive(Debug, Clone)]
-pub(super) struct Found {
+pub(super) struct Answer {
     pub force: Vec<f64>,
     pub alpha: Vec<f64>,
     pub active: Vec<bool>,
@@ -85,7 +87,7 @@ pub(super) struct Face {
 impl Quadratic {
     /// Forces, motions and the active set, or the last one tried if even that of the interior-point method leaves
     /// violations; `None` if nothing could be factorised.
-    pub fn solve(&self, given: &Given) -> Result<Option<Found>> {
+    pub fn solve(&self, given: &Given) -> Result<Option<Answer>> {
         let n = self.a.n();
         let mut active: Vec<bool> = (0..n).map(|j| given.force[j] > 0.0).collect();
         let mut inside = false;
@@ -99,13 +101,13 @@ impl Quadratic {
                 let Some((force, alpha)) = self.on_set(&active, given)? else { return Ok(None) };
                 let next = self.next_set(&active, &force, &alpha, given.gap)?;
                 let settled = next == active;
-                last = Some(Found { force, alpha, active: active.clone() });
+                last = Some(Answer { force, alpha, active: active.clone() });
                 if settled {
                     return Ok(last);
                 }
                 active = next;
             }
-            if inside {
+            if inside || !self.interior {
                 return Ok(last);
             }
             let Some(found) = self.interior(given)? else { return Ok(last) };
@@ -207,7 +209,7 @@ impl Quadratic {
                 let parts = gap[j].abs() + rigid(j).map(f64::abs).sum::<f64>();
                 next[j] = match active[j] {
                     true => x[j] >= -NONE * force,
-                    false => y < -(NONE * approach + ROUND_OFF * parts),
+                    false => y < -(NONE * approach + SUM * parts),
                 };
             }
         }
@@ -294,7 +296,7 @@ mod tests {
         Symmetric::from_lower_rows(n, (0..n * n).map(|k| at(k / n, k % n)).collect())
     }
 
-    fn is_solution(q: &Quadratic, given: &Given, found: &Found) {
+    fn is_solution(q: &Quadratic, given: &Given, found: &Answer) {
         let y = q.gaps(&found.force, &found.alpha, given.gap).unwrap();
         let elastic = largest(&q.a.times(&found.force).unwrap());
         for (x, y) in std::iter::zip(&found.force, &y) {
@@ -307,7 +309,7 @@ mod tests {
 
     fn problem(a: Symmetric, modes: Vec<Vec<f64>>) -> Quadratic {
         let (n, stiffness) = (a.n(), vec![0.0; modes.len()]);
-        Quadratic { a, modes, stiffness, pairs: Vec::from([Range { start: 0, end: n }]) }
+        Quadratic { a, modes, stiffness, pairs: Vec::from([Range { start: 0, end: n }]), interior: true }
     }
 
     #[test]

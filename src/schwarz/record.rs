@@ -15,7 +15,7 @@ pub(super) struct Recorder {
 }
 
 /// What a row is made from.
-pub(super) struct State<'a> {
+pub(super) struct Snapshot<'a> {
     pub gaps: &'a [f64],
     pub active: &'a [bool],
     pub flipped: &'a [usize],
@@ -46,7 +46,7 @@ impl Recorder {
     }
 
     /// Adds the row of one alternation. Collective on the roots.
-    pub fn record<B: Respond>(&mut self, coupling: &Coupling<B>, state: &State) -> &HistoryRow {
+    pub fn record<B: Respond>(&mut self, coupling: &Coupling<B>, state: &Snapshot) -> &HistoryRow {
         self.count += 1;
         // Per pair: squared residual, closed, open, flips; then maxima of penetration and gap of closed rows.
         let mut sums = vec![[0.0; 4]; self.n_pairs];

@@ -1,4 +1,4 @@
-//! A body as the active-set driver sees it: contact rows, and how it answers forces and displacements on them.
+//! A body as the drivers see it: contact rows, and how it answers forces and displacements on them.
 use crate::{error::Result, petsc::Symmetric};
 
 /// A spring that resists a free mode: a soft mode's own stiffness, stiffness x lever^2, N/m.
@@ -39,6 +39,13 @@ pub trait Respond {
     fn unilateral_step(&mut self, gap: &[f64], chosen: &[bool], held: &[f64]) -> Result<Option<Vec<f64>>> {
         let _ = (gap, chosen, held);
         Ok(None)
+    }
+
+    /// How far the rows have moved, in any direction, under all loads and the row forces, m, free modes held at zero. Of a
+    /// body that moves along its rows' normals only, |w|.
+    fn distances(&mut self, force: &[f64]) -> Result<Vec<f64>> {
+        let pushed = self.force_step(force)?;
+        Ok(std::iter::zip(self.free(), pushed).map(|(free, pushed)| (free - pushed).abs()).collect())
     }
 
     /// Row displacements of each free mode (modes x rows), m.

@@ -1,17 +1,10 @@
 //! What the active-set driver's residuals, tension and penetration are measured by.
 use super::{ActiveSet, Respond};
+use crate::tolerances::{SUM, THRESHOLD};
 use crate::vector::{larger, ratio, worst};
 
-/// What is below this share of its parts is round-off.
-pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
-
-/// Smallest thresholds of tension and penetration, relative to the largest force and the elastic approach: with exact
-/// zeros a gap that just closes lets nodes flip in round-off for ever. They grow tenfold, up to the tolerance, when a
-/// set returns.
-pub(super) const THRESHOLD: f64 = 1e-11;
-
 /// A pair's own approach counts down to this share of that of all pairs: of a smaller one the round-off of what they move
-/// together, [`ROUND_OFF`], leaves less than seven digits.
+/// together, [`SUM`], leaves less than seven digits.
 const LEAST_PAIR: f64 = 1e-7;
 
 /// What residuals are measured by.
@@ -57,7 +50,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         // Where a pair's own approach is small, the round-off of its gaps counts by that much more.
         let rounded =
             std::iter::zip(sums.chunks_exact(3), &shares).map(|(s, share)| ratio(s[2].sqrt(), *share));
-        Scales { all, floor: ROUND_OFF * larger(worst(rounded), total(2).sqrt()), shares }
+        Scales { all, floor: SUM * larger(worst(rounded), total(2).sqrt()), shares }
     }
 
     /// The pair of each row of a row vector; one more than there are for the springs.
@@ -112,12 +105,16 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         std::iter::zip(&self.alpha, &self.coarse.stiffness).map(sprung).collect()
     }
 
-    /// What the contact forces change of each gap, but for rigid motions: the elastic approach, m.
+    /// What the contact forces change of each gap, but for rigid motions: the elastic approach, m. At least the dent of the row's
+    /// own force: how much of the rest is rigid motion depends on what holds a free body meanwhile.
     pub fn elastic_approach(&self) -> Vec<f64> {
         let at_rest = self.coarse.sprung(&self.coarse.work);
         let change: Vec<f64> =
             std::iter::zip(self.sprung(), at_rest).map(|(alpha, rest)| alpha - rest).collect();
-        let at = |j: usize| (self.gap[j] - self.g_free[j] - self.coarse.at(j, &change)).abs();
+        let at = |j: usize| {
+            let approach = (self.gap[j] - self.g_free[j] - self.coarse.at(j, &change)).abs();
+            larger(approach, ratio(self.force[j].abs(), self.coarse.scaling(j)))
+        };
         (0..self.coupling.n_rows).map(at).collect()
     }
 
@@ -147,7 +144,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             }
         }
         let largest = self.coupling.exchange.max(&largest);
-        self.threshold.max(THRESHOLD) * largest[0] + ROUND_OFF * largest[1]
+        self.threshold.max(THRESHOLD) * largest[0] + SUM * largest[1]
     }
 
     /// Active rows in tension, open rows that penetrate, and the largest of either relative to its scale.

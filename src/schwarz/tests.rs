@@ -4,30 +4,39 @@
 //! p = D km ks / (km + ks). With the pressures weighted by beta (A's own) and the displacements by w (A's own), the
 //! error of the common interface position is multiplied by [beta km - (1 - beta) ks] [w / km - (1 - w) / ks] per
 //! alternation.
-use super::{
-    Alternation, ContactNode, RespondAtNodes, Settings, Side,
-    weights::{Both, Weights},
-};
+use super::{ActiveSet, Alternation, Coarse, Coupling, End, Limits, PairRows, Respond, weights::Weights};
 use crate::{
-    contact::Conjugate,
     error::Result,
     parallel::{Exchange, Partner},
 };
 
-/// A bar with one contact node: `u = base - normal p / k`.
+/// A bar with one contact row: w = free - R / k.
 struct Bar {
     k: f64,
-    normal: f64,
-    base: f64,
+    free: [f64; 1],
 }
 
-impl RespondAtNodes for Bar {
-    fn force_step(&mut self, force: &[f64]) -> Result<Vec<[f64; 3]>> {
-        Ok(vec![[self.base - self.normal * force[0] / self.k, 0.0, 0.0]])
+impl Respond for Bar {
+    fn n_rows(&self) -> usize {
+        1
     }
-
-    fn displacement_step(&mut self, prescribed: &[Option<f64>]) -> Result<Vec<f64>> {
-        Ok(vec![prescribed[0].map_or(0.0, |w| self.k * (self.normal * self.base - w))])
+    fn free(&self) -> &[f64] {
+        &self.free
+    }
+    fn force_step(&mut self, force: &[f64]) -> Result<Vec<f64>> {
+        Ok(vec![force[0] / self.k])
+    }
+    fn displacement_step(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>> {
+        Ok(vec![if active[0] { self.k * inward[0] } else { 0.0 }])
+    }
+    fn modes(&self) -> &[Vec<f64>] {
+        &[]
+    }
+    fn mode_work(&self) -> &[f64] {
+        &[]
+    }
+    fn mode_scale(&self) -> &[f64] {
+        &[]
     }
 }
 
@@ -40,44 +49,61 @@ enum Overlap {
     Push,
 }
 
-/// Position error of A's surface after each alternation, started `offset` away from the solution.
-fn errors(km: f64, ks: f64, weights: Weights, overlap: Overlap, offset: f64, n: usize) -> Vec<f64> {
-    let base = if overlap == Overlap::Push { -1.0 } else { 0.0 };
-    let gap = if overlap == Overlap::Push { 0.0 } else { -1.0 };
-    let mut bars = [Bar { k: km, normal: 1.0, base: 0.0 }, Bar { k: ks, normal: -1.0, base }];
-    let side = |first: bool| {
-        let normal = [if first { 1.0 } else { -1.0 }, 0.0, 0.0];
-        let conjugate = Conjugate { terms: vec![(0, 1.0)], normal, gap };
-        let (own, other) = if first { (km, ks) } else { (ks, km) };
-        Side {
-            pair: 0,
-            first,
-            body: usize::from(!first),
-            observed: 0..1,
-            nodes: vec![ContactNode { node: 0, row: 0, conjugate, follows: false }],
-            moduli: Both { own, other },
-        }
-    };
-    let sides = [side(true), side(false)];
+/// Looks at two bars' alternation.
+fn on_bars<T>(
+    [km, ks]: [f64; 2],
+    overlap: Overlap,
+    rows: PairRows,
+    look: impl FnOnce(&mut ActiveSet<Bar>) -> T,
+) -> T {
+    let (gap, push) = if overlap == Overlap::Push { (0.0, 1.0) } else { (-1.0, 0.0) };
+    let mut bars = [Bar { k: km, free: [0.0] }, Bar { k: ks, free: [push] }];
+    let end = |body| End { pair: 0, multiplier: body == 0, body, rows: 0..1, watched: Vec::new() };
+    let ends = [end(0), end(1)];
     let exchange = Exchange {
         comm: None,
         partners: vec![Partner::Here(1), Partner::Here(0)],
         traffic: Default::default(),
     };
-    let settings = Settings { weights, tolerance: 1e-12, max_alternations: 100 };
-    let mut alternation = Alternation::new(&mut bars, &sides, &exchange, settings).unwrap();
-    let exact = -ks / (km + ks);
-    // The force step leaves -p / km and base + p / ks: an error of p moves both.
-    let p = (1.0 + offset) * km * ks / (km + ks);
-    alternation.states.iter_mut().for_each(|s| s.force = vec![p]);
-    alternation.solve_force_step().unwrap();
-    alternation.started = true;
-    let mut all = vec![alternation.states[0].displacement[0][0] - exact];
-    for _ in 0..n {
-        alternation.alternate().unwrap();
-        all.push(alternation.states[0].displacement[0][0] - exact);
+    let mut coupling = Coupling::new(&mut bars, &ends, &exchange);
+    let stiffness = km * ks / (km + ks);
+    let coarse = Coarse::new(&coupling, 0, &[0, 0], vec![stiffness]);
+    let rows =
+        [PairRows { gap: vec![gap], stiffness, compliance_ratio: ks / km, ..rows }, PairRows::default()];
+    let limits = Limits { tolerance: 1e-12, max_alternations: 100 };
+    look(&mut ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1))
+}
+
+/// Position error of A's surface after each alternation, started `offset` away from the solution.
+fn errors(km: f64, ks: f64, weights: Weights, overlap: Overlap, offset: f64, n: usize) -> Vec<f64> {
+    on_bars([km, ks], overlap, PairRows::default(), |rows| {
+        let exact = ks / (km + ks);
+        // The force step leaves -p / km and base + p / ks: an error of p moves both.
+        let p = (1.0 + offset) * km * ks / (km + ks);
+        let mut alternation = Alternation::new(rows, weights, Some(&[p])).unwrap();
+        let mut all = vec![p / km - exact];
+        for _ in 0..n {
+            alternation.alternate(|_| {}).unwrap();
+            all.push(alternation.rows.force[0] / km - exact);
+        }
+        all
+    })
+}
+
+/// A side that supports hold, or that is rigid, leaves the other one all of the correction: the first alternation ends it.
+#[test]
+fn a_side_that_cannot_give_way_leaves_it_to_the_other() {
+    for weights in [Weights::Constant(0.3), Weights::Component, Weights::Response, Weights::Stiffness] {
+        for (k, held, expected) in [([2.0, 1e30], [false, true], 2.0), ([1e30, 3.0], [true, false], 3.0)] {
+            let rows = PairRows { held: vec![held], ..PairRows::default() };
+            let force = on_bars(k, Overlap::Gap, rows, |rows| {
+                let mut alternation = Alternation::new(rows, weights, None).unwrap();
+                alternation.alternate(|_| {}).unwrap();
+                alternation.rows.force[0]
+            });
+            assert!((force - expected).abs() < 1e-12 * expected, "{weights:?} {held:?}: {force}");
+        }
     }
-    all
 }
 
 fn factor(km: f64, ks: f64, beta: f64, w: f64) -> f64 {

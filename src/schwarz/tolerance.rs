@@ -1,5 +1,5 @@
 //! A tolerance that follows the discretisation error.
-use super::{ActiveSet, Respond};
+use super::{ActiveSet, Respond, state::Look};
 use crate::vector::{larger, smaller};
 
 /// Where an automatic tolerance begins, and what it does not fall below.
@@ -10,19 +10,6 @@ const SHARE: f64 = 0.1;
 
 /// A second look at the discretisation error is one at this share of the residual of the first.
 const CLOSER: f64 = 0.1;
-
-/// A look at the discretisation error.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Look {
-    /// The tolerance that it asked for.
-    asked: f64,
-    /// The residual at which it was made, relative.
-    size: f64,
-}
-
-/// Smallest relative discretisation error of a pair's pressure, given the row forces and which rows are in contact;
-/// infinite where nothing touches.
-pub type MeshError<'e> = dyn Fn(&[f64], &[bool]) -> f64 + 'e;
 
 impl<B: Respond> ActiveSet<'_, '_, B> {
     /// Brings an automatic tolerance down to a share of the discretisation error that the forces show at the residual

@@ -1,11 +1,11 @@
 //! Weights of the corrections, "iteration parameters" of the paper (30-36).
 //!
 //! The weight of a node m multiplies (u_s - u_m) in the displacement correction (21) and (R_s - R_m) in the force
-//! correction (22); its conjugate point takes one minus it (31, 33), so after a correction both sides agree.
+//! correction (22); its conjugate point s takes one minus it (31, 33), so after a correction both sides agree.
 /// Weights of the corrections ("iteration parameters", eqs. 30-36 of the paper).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Weights {
-    /// One number for both steps (30, 31).
+    /// One number for both steps (30, 31): the weight of side A.
     Constant(f64),
     /// Ratio of magnitudes (32, 35).
     Magnitude,
@@ -19,85 +19,57 @@ pub enum Weights {
     Stiffness,
 }
 
+/// What is corrected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Correction {
+    /// The displacements (21).
+    Displacement,
+    /// The forces (22).
+    Force,
+}
+
+/// A pair as its multiplier side sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sides {
+    /// Side in the case of the multipliers: 0 is A.
+    pub multiplier: usize,
+    /// E' of the mortar side over that of the multiplier side.
+    pub compliance_ratio: f64,
+    /// Whether supports hold the multiplier side and the mortar side, or these are rigid.
+    pub held: [bool; 2],
+}
+
 impl Weights {
     /// True if the weight does not follow the solution.
     pub fn is_constant(self) -> bool {
         matches!(self, Weights::Constant(_) | Weights::Stiffness)
     }
-}
 
-/// What the weights look at: one quantity on the own side (m) and on the conjugate side (s).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Both {
-    /// At the node.
-    pub own: f64,
-    /// At its conjugate point.
-    pub other: f64,
-}
-
-impl Both {
-    /// As seen from the conjugate side.
-    pub fn swapped(self) -> Both {
-        Both { own: self.other, other: self.own }
-    }
-
-    /// |own| / (|own| + |other|); 1/2 where both are zero, so that an unloaded start is defined.
-    pub fn ratio(self) -> f64 {
-        let (own, other) = (self.own.abs(), self.other.abs());
-        // Halved first: the sum of two huge numbers must not overflow.
-        let sum = 0.5 * own + 0.5 * other;
-        if sum > 0.0 { 0.5 * own / sum } else { 0.5 }
+    /// Weight of the multiplier side, m, at a row; `measured`: what the weights look at, there and on the mortar side. A side
+    /// that cannot give way leaves the other one all of the displacement, and its own force.
+    pub fn at(self, correction: Correction, measured: [f64; 2], sides: &Sides) -> f64 {
+        let of_displacement = |displacement: f64| match correction {
+            Correction::Displacement => displacement,
+            Correction::Force => 1.0 - displacement,
+        };
+        match (sides.held, self) {
+            ([_, true], _) => of_displacement(1.0),
+            ([true, false], _) => of_displacement(0.0),
+            // The softer body gives way.
+            (_, Weights::Stiffness) => of_displacement(ratio([sides.compliance_ratio, 1.0])),
+            (_, Weights::Constant(a)) if sides.multiplier == 0 => a,
+            (_, Weights::Constant(a)) => 1.0 - a,
+            _ => ratio(measured),
+        }
     }
 }
 
-/// Measures of the displacement at a node and its conjugate point.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Displacements {
-    /// Normal components u_n.
-    pub normal: Both,
-    /// Magnitudes |u|.
-    pub magnitude: Both,
-    /// Normal components of the response to the contact forces, v = u - u_free.
-    pub response: Both,
-    /// Norms of v_n over the active nodes of the two surfaces.
-    pub surface_response: Both,
-}
-
-/// Measures of the contact force at a node and its conjugate point.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Forces {
-    /// Normal components R_n; without friction also the magnitudes.
-    pub normal: Both,
-    /// Norms over the active nodes of the two surfaces.
-    pub surface: Both,
-}
-
-/// Weight of the displacement correction at a node. `moduli`: plane moduli E' of the two bodies, Pa; `first`: the node
-/// is on side A, to which a constant weight refers.
-pub fn displacement(weights: Weights, u: &Displacements, moduli: Both, first: bool) -> f64 {
-    match weights {
-        Weights::Constant(a) => side(a, first),
-        Weights::Magnitude => u.magnitude.ratio(),
-        Weights::Component => u.normal.ratio(),
-        Weights::Response => u.response.ratio(),
-        Weights::ResponseSurface => u.surface_response.ratio(),
-        // The softer body gives way: E'_s / (E'_m + E'_s).
-        Weights::Stiffness => 1.0 - moduli.ratio(),
-    }
-}
-
-/// Weight of the force correction at a node.
-pub fn force(weights: Weights, r: &Forces, moduli: Both, first: bool) -> f64 {
-    match weights {
-        Weights::Constant(a) => side(a, first),
-        Weights::Magnitude | Weights::Component | Weights::Response => r.normal.ratio(),
-        Weights::ResponseSurface => r.surface.ratio(),
-        Weights::Stiffness => moduli.ratio(),
-    }
-}
-
-fn side(a: f64, first: bool) -> f64 {
-    if first { a } else { 1.0 - a }
+/// |a| / (|a| + |b|); 1/2 where both are zero, so that an unloaded start is defined.
+fn ratio([a, b]: [f64; 2]) -> f64 {
+    let (a, b) = (a.abs(), b.abs());
+    // Halved first: the sum of two huge numbers must not overflow.
+    let sum = 0.5 * a + 0.5 * b;
+    if sum > 0.0 { 0.5 * a / sum } else { 0.5 }
 }
 
 #[cfg(test)]
@@ -106,16 +78,18 @@ mod tests {
 
     #[test]
     fn zero_over_zero_is_one_half() {
-        assert_eq!(Both { own: 0.0, other: 0.0 }.ratio(), 0.5);
-        assert_eq!(Both { own: 1e-310, other: 1e-310 }.ratio(), 0.5);
-        assert_eq!(Both { own: f64::MAX, other: f64::MAX }.ratio(), 0.5);
-        assert_eq!(Both { own: 1e-300, other: 0.0 }.ratio(), 1.0);
+        assert_eq!(ratio([0.0, 0.0]), 0.5);
+        assert_eq!(ratio([1e-310, 1e-310]), 0.5);
+        assert_eq!(ratio([f64::MAX, f64::MAX]), 0.5);
+        assert_eq!(ratio([1e-300, 0.0]), 1.0);
     }
 
     #[test]
     fn the_two_sides_add_up_to_one() {
-        let both = Both { own: 3.0, other: -1.0 };
-        let swapped = Both { own: -1.0, other: 3.0 };
+        let [a, b] = [
+            Sides { multiplier: 0, compliance_ratio: 3.0, held: [false; 2] },
+            Sides { multiplier: 1, compliance_ratio: 1.0 / 3.0, held: [false; 2] },
+        ];
         for weights in [
             Weights::Constant(0.3),
             Weights::Magnitude,
@@ -124,15 +98,15 @@ mod tests {
             Weights::ResponseSurface,
             Weights::Stiffness,
         ] {
-            let u = |b| Displacements { normal: b, magnitude: b, response: b, surface_response: b };
-            let r = |b| Forces { normal: b, surface: b };
-            let moduli = Both { own: 2e11, other: 7e10 };
-            let turned = Both { own: 7e10, other: 2e11 };
-            let sum = displacement(weights, &u(both), moduli, true)
-                + displacement(weights, &u(swapped), turned, false);
-            assert!((sum - 1.0).abs() < 1e-15, "{weights:?}");
-            let sum = force(weights, &r(both), moduli, true) + force(weights, &r(swapped), turned, false);
-            assert!((sum - 1.0).abs() < 1e-15, "{weights:?}");
+            for correction in [Correction::Displacement, Correction::Force] {
+                let sum = weights.at(correction, [3.0, -1.0], &a) + weights.at(correction, [-1.0, 3.0], &b);
+                assert!((sum - 1.0).abs() < 1e-15, "{weights:?}");
+            }
+            let [rigid, held] = [[false, true], [true, false]].map(|held| Sides { held, ..a });
+            assert_eq!(weights.at(Correction::Displacement, [3.0, 1.0], &rigid), 1.0);
+            assert_eq!(weights.at(Correction::Force, [3.0, 1.0], &rigid), 0.0);
+            assert_eq!(weights.at(Correction::Displacement, [3.0, 1.0], &held), 0.0);
+            assert_eq!(weights.at(Correction::Force, [3.0, 1.0], &held), 1.0);
         }
     }
 }

@@ -2,9 +2,13 @@
 //!
 //! Energy: the fewest cells that hold a share of the squared error are cut (bulk criterion, Dorfler, SIAM J. Numer.
 //! Anal. 33 (1996) 1106). Contact pressure: the cells under the nodes whose pressure is off by more than the target, on
-//! both surfaces, and a smaller share of the error in energy, for what is wrong far off pollutes the pressure. All ranks
+//! both surfaces, and the cells whose errors change the peak most, wherever they are (dual-weighted). All ranks
 //! find the same cells; ties go together, so that what is symmetric stays so.
-use super::{Solved, report::Start};
+use super::{
+    adapted::{Adapted, Verdict},
+    report::Start,
+    solved::Solved,
+};
 use crate::{
     case::{Case, Driver, Temperature, Transfer},
     contact::{
@@ -18,7 +22,8 @@ use crate::{
     parallel,
     petsc::Stage,
     record::{AdaptRound, HistoryRow, Summary},
-    scene, vector,
+    scene::{self, ContactSide},
+    vector,
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::{collections::HashMap, path::Path, str::FromStr, time::Instant};
@@ -210,24 +215,6 @@ pub fn run_adaptive(
     }
 }
 
-/// The rounds that were made, and whether the target is reached or why not.
-pub(super) struct Adapted {
-    rounds: Vec<AdaptRound>,
-    verdict: Verdict,
-    warning: Option<String>,
-}
-
-impl Adapted {
-    pub(super) fn report(self, summary: &mut Summary) {
-        summary.adapt = Some(self.rounds);
-        summary.adapt_reached = Some(self.verdict.is_ok());
-        summary.warnings.extend(self.warning);
-        summary
-            .diagnosis
-            .extend(self.verdict.err().map(|why| format!("adaptive refinement: target not reached: {why}")));
-    }
-}
-
 /// What cannot be refined.
 fn refuse(case: &Case, goal: Goal) -> Result<()> {
     if case.alternation.driver != Driver::ActiveSet || case.alternation.transfer != Transfer::Mortar {
@@ -247,9 +234,6 @@ fn refuse(case: &Case, goal: Goal) -> Result<()> {
     }
     Ok(())
 }
-
-/// Reached, or why not.
-type Verdict = std::result::Result<(), String>;
 
 /// What the rounds so far have given.
 #[derive(Default)]
@@ -375,16 +359,19 @@ fn mark(case: &Case, goal: Goal, solved: &Solved, world: &SimpleCommunicator) ->
         }))
         .collect();
     let total = first[case.bodies.len()];
-    let mut error2 = vec![0.0; total];
+    let mut errors = vec![0.0; total];
     for body in &solved.estimate().bodies {
         for cell in &body.cells {
-            error2[first[body.body] + cell.cell as usize] = cell.energy2;
+            errors[first[body.body] + cell.cell as usize] = match goal.quantity {
+                Quantity::Energy => cell.energy2,
+                Quantity::Pressure => cell.peaks,
+            };
         }
     }
-    let error2 = parallel::sum(world, &error2);
+    let errors = parallel::sum(world, &errors);
     let mut marked = match goal.quantity {
-        Quantity::Energy => bulk(&error2, BULK),
-        Quantity::Pressure => bulk(&error2, BULK_BESIDE_PRESSURE),
+        Quantity::Energy => bulk(&errors, BULK),
+        Quantity::Pressure => bulk(&errors, BULK_BESIDE_PRESSURE),
     };
     if goal.quantity == Quantity::Pressure {
         let under = under_pressure(goal, solved, world, &first, &marked);
@@ -431,7 +418,7 @@ fn under_pressure(
         });
         let points = spread(world, &points);
         let ends = std::iter::zip(&plan.surfaces, &plan.ends);
-        for (surface, &(_, _, b)) in ends.filter(|(_, end)| end.0 == p) {
+        for (surface, &ContactSide { body: b, .. }) in ends.filter(|(_, end)| end.pair == p) {
             let cells = cells_of(surface, &plan.meshes[plan.place(b)]);
             let mut facets = facets_under(surface, points.as_chunks().0);
             for (facet, cell) in std::iter::zip(&mut facets, &cells) {

@@ -1,15 +1,15 @@
 //! The contact solve alone, without stresses and output, and where its time goes.
 use super::{pairs::pair_results, results::Counts};
 use crate::{
-    body::Cost,
-    case::{Case, Driver, Weights},
-    error::Result,
+    body::{Cost, Response},
+    case::Case,
+    error::{Error, Result},
     parallel,
     record::PairSummary,
     scene::Plan,
-    step::{Active, Found, Relaxed, Scene, State, Target},
+    schwarz::{Coarse, Coupling, PairRows},
+    step::{Engine, Found, Scene, State, Target},
 };
-use std::time::Instant;
 
 /// A contact solve from the assembled matrices to the displacements of all bodies; the same on all ranks.
 #[derive(Debug, Clone)]
@@ -48,42 +48,22 @@ pub struct ContactSplit {
 }
 
 impl ContactSolve {
-    /// Solves a case of one load step by its driver; the relaxed one has no split. Collective.
+    /// Solves a case of one load step. Collective.
     pub fn run(case: &Case, plan: &Plan) -> Result<ContactSolve> {
-        match case.alternation.driver {
-            Driver::ActiveSet => Self::by_active_set(case, plan),
-            Driver::Relaxed(weights) => Self::by_relaxation(case, plan, weights),
-        }
-    }
-
-    fn by_relaxation(case: &Case, plan: &Plan, weights: Weights) -> Result<ContactSolve> {
-        let world = &plan.groups.world;
-        let start = Instant::now();
-        // It builds its own plan.
-        let (own, mut relaxed) = Relaxed::new(case, world, weights)?;
-        let before: f64 = own.seconds + relaxed.bodies.iter().map(|b| b.cost().assemble).sum::<f64>();
-        let exchange = own.exchange(case);
-        let scene = Scene { case, plan: &own, exchange: &exchange };
-        let found = relaxed.advance(&scene, Target::FULL, |_| {})?.found;
-        let seconds = start.elapsed().as_secs_f64() - before;
-        Self::of(case, &own, found, &[seconds, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    }
-
-    fn by_active_set(case: &Case, plan: &Plan) -> Result<ContactSolve> {
         let exchange = plan.exchange(case);
-        let mut active = Active::new(case, plan, &exchange)?;
-        let cost = |active: &Active| {
-            active.bodies.iter().map(|b| b.cost()).fold(Cost::default(), |sum, c| Cost {
+        let mut engine = Engine::new(case, plan, &exchange)?;
+        let cost = |engine: &Engine| {
+            engine.bodies().iter().map(|b| b.cost()).fold(Cost::default(), |sum, c| Cost {
                 factor: sum.factor + c.factor,
                 condense: sum.condense + c.condense,
                 interface: sum.interface + c.interface,
                 ..sum
             })
         };
-        let before = cost(&active);
+        let before = cost(&engine);
         let scene = Scene { case, plan, exchange: &exchange };
-        let found = active.advance(&scene, &State::start(), Target::FULL, |_| {})?.found;
-        let (after, clock) = (cost(&active), active.clock);
+        let found = engine.advance(&scene, &State::start(), Target::FULL, |_| {})?.found;
+        let (after, clock) = (cost(&engine), engine.clock);
         let in_step = after.interface + after.condense - before.interface - before.condense;
         let seconds = [
             clock.search + clock.factorise + clock.step,
@@ -120,4 +100,17 @@ impl ContactSolve {
             pairs,
         })
     }
+}
+
+/// The bodies of a case on one rank, joined on the contact rows that they begin with: for drivers to be tried on.
+pub fn on_contact_rows<T>(
+    case: &Case,
+    plan: &Plan,
+    look: impl FnOnce(&mut Coupling<Response>, &[PairRows], &Coarse) -> Result<T>,
+) -> Result<T> {
+    let exchange = plan.exchange(case);
+    let mut engine = Engine::new(case, plan, &exchange)?;
+    engine
+        .on_rows(&exchange, look)
+        .ok_or_else(|| Error::internal("only the first rank holds contact rows"))?
 }

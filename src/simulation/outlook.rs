@@ -17,9 +17,8 @@ use mpi::traits::*;
 /// at which cost. Finds the contact rows, but assembles and solves nothing. Collective; the lines are on every rank.
 pub fn outlook(case: &Case, plan: &Plan) -> Result<Vec<String>> {
     let groups = &plan.groups;
-    let active = matches!(case.alternation.driver, Driver::ActiveSet);
     let exchange = plan.exchange(case);
-    let contacts = match groups.is_root() && active {
+    let contacts = match groups.is_root() {
         true => Contacts::new(case, plan, &exchange).map(Some),
         false => Ok(None),
     };
@@ -34,15 +33,6 @@ pub fn outlook(case: &Case, plan: &Plan) -> Result<Vec<String>> {
     // Bodies before contacts, each in the order of the ranks.
     lines.sort_by_key(|line| !line.starts_with("body"));
     lines.extend(costs(case, plan));
-    if !active {
-        let nodes = plan.contact_nodes(case);
-        lines.extend(std::iter::zip(&case.contacts, nodes).map(|(contact, [a, b])| {
-            format!(
-                "contact {}: {a} and {b} surface nodes, pointwise transfer, relaxed alternation",
-                contact.name
-            )
-        }));
-    }
     Ok(lines)
 }
 
@@ -134,6 +124,7 @@ fn bodies(case: &Case, plan: &Plan, contacts: Option<&Contacts>) -> Result<Vec<S
             // A solver of the user's choice is used.
             let own = body.solver.as_ref().is_some_and(|s| s.contains("-ksp_type") || s.contains("-pc_type"));
             let chosen = match body.response {
+                _ if matches!(case.alternation.driver, Driver::Relaxed(_)) => "condensed",
                 ResponseCase::Automatic if estimate.prefers_condensed() && !own => "condensed",
                 ResponseCase::Automatic | ResponseCase::Solver => "by its solver",
                 ResponseCase::Condensed => "condensed",

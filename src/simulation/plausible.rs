@@ -5,7 +5,7 @@ use crate::{
     case::{Case, Scalar},
     parallel,
     record::{PairSummary, Plausibility},
-    vector::larger,
+    vector::{in_figures, larger},
 };
 use mpi::topology::SimpleCommunicator;
 
@@ -230,15 +230,16 @@ impl Motions {
             let sizes: Vec<String> = std::iter::zip(&self.0, &case.bodies)
                 .map(|(m, body)| {
                     let [w, h] = [0, 1].map(|c| m.high[c] - m.low[c]);
-                    format!("'{}' {w:.4} x {h:.4}", body.name)
+                    format!("'{}' {} x {}", body.name, in_figures(w), in_figures(h))
                 })
                 .collect();
             lines.push(format!(
-                "body '{}': strains go up to {value:.2}, at ({:.4}, {:.4}); small strains end far below: look at the units of \
+                "body '{}': strains go up to {}, at ({}, {}); small strains end far below: look at the units of \
                  moduli, loads and lengths (sizes as read: {})",
                 case.bodies[b].name,
-                at[0],
-                at[1],
+                in_figures(value),
+                in_figures(at[0]),
+                in_figures(at[1]),
                 sizes.join(", ")
             ));
             return lines;
@@ -248,12 +249,12 @@ impl Motions {
             if value > LARGE_TURN {
                 // A turn by w is a stretch by sqrt(1 + w^2) to small strains.
                 lines.push(format!(
-                    "body '{}' turns by up to {:.1} degrees, at ({:.4}, {:.4}): beyond small rotations, which strains are \
+                    "body '{}' turns by up to {:.1} degrees, at ({}, {}): beyond small rotations, which strains are \
                      computed for, with any geometry of the contact: the turn alone is a stretch of {:.1} % there",
                     body.name,
                     value.atan().to_degrees(),
-                    at[0],
-                    at[1],
+                    in_figures(at[0]),
+                    in_figures(at[1]),
                     100.0 * (value.hypot(1.0) - 1.0)
                 ));
             }

@@ -69,7 +69,7 @@ pub(super) struct Site<'s> {
 impl Run {
     /// The run in numbers, and the estimate of its last step. Collective.
     pub fn summary(self, site: &Site, info: &RunInfo, start: &Start) -> (Summary, Estimate) {
-        let Site { case, plan, engine } = *site;
+        let Site { case, plan, .. } = *site;
         let world = &plan.groups.world;
         let seconds = start.seconds(world);
         let estimate = self.last.estimate.unwrap_or_default();
@@ -85,9 +85,9 @@ impl Run {
             input: format!("{:016x}", case.fingerprint),
             converged: info.converged(),
             reason: info.reason,
-            driver: match engine {
-                Engine::Active(_) => record::Driver::ActiveSet,
-                Engine::Relaxed(_) => record::Driver::Relaxed,
+            driver: match case.alternation.driver {
+                case::Driver::ActiveSet => record::Driver::ActiveSet,
+                case::Driver::Relaxed(_) => record::Driver::Relaxed,
             },
             transfer: match case.alternation.transfer {
                 case::Transfer::Mortar => record::Transfer::Mortar,
@@ -148,8 +148,8 @@ fn bodies(site: &Site) -> Vec<record::BodySummary> {
         let cost = body.cost();
         counts[b] = [
             cost.factorisations as f64,
-            engine.interface_factorisations(i) as f64,
-            f64::from(u8::from(engine.is_condensed(i))),
+            cost.interface_factorisations as f64,
+            f64::from(u8::from(body.is_condensed())),
             (body.interface.nodes.len() * body.dim()) as f64,
             cost.solves as f64,
         ];

@@ -12,14 +12,14 @@ use crate::{
     case::{Case, StepCase},
     contact::Surface,
     error::{Error, Result},
-    estimate::{BodyError, Estimate, MultiplierSide},
+    estimate::{BodyError, Change, Estimate, MultiplierSide, Solved},
     output::{self, Growing, Piece, ResultFile, RunInfo},
     parallel::{self, agree},
     petsc::Stage,
     record::{self, HistoryRow, LoadStep, Plausibility, Reason, StepSummary},
-    scene::Plan,
-    step::{self, Accepted, Advanced, End, Engine, Found, Scene},
-    vector::{smaller, worst},
+    scene::{ContactSide, Plan},
+    step::{self, Accepted, Advanced, End, Engine, Found, Influence, Nodal, Scene},
+    vector::{ratio, smaller, worst},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use std::path::Path;
@@ -155,10 +155,20 @@ impl Run {
         accepted: Accepted,
     ) -> Result<(Reason, step::State)> {
         let Accepted { name, factors, is_last, advanced } = accepted;
-        let Advanced { state, mut found, contact } = advanced;
+        let Advanced { state, mut found, contact, influences } = advanced;
         let estimated = is_last || case.output.every_estimate;
-        let measured =
-            measure(case, plan, engine.bodies(), &state, &mut found, contact, name, factors, estimated)?;
+        let measured = measure(
+            case,
+            plan,
+            engine.bodies(),
+            &state,
+            &mut found,
+            contact,
+            &influences,
+            name,
+            factors,
+            estimated,
+        )?;
         let reason = found.reason;
         self.counts.add(&measured.counts);
         if !reason.converged() && self.steps.iter().any(|step| step.reason.converged()) {
@@ -213,12 +223,14 @@ impl Run {
             |((body, [displacement, contact]), &index)| {
                 let u = body.with_ghosts(&groups.group, displacement)?;
                 let (fields, _) = agree(&groups.group, body.recover(&u, contact))?;
-                errors.push(BodyError::new(body, index, &groups.group, &u, &fields)?);
+                let own = Solved { u: &u, fields: &fields };
+                errors.push(BodyError::new(body, index, &groups.group, &own, &[])?.0);
                 Ok(())
             },
         );
         agree(&groups.world, made)?;
-        let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, &self.last.pairs));
+        let unknown = vec![None; case.contacts.len()];
+        let estimate = Estimate::new(case, plan, errors, &multiplier_sides(plan, &self.last.pairs), &unknown);
         step.set_estimate(&estimate);
         self.last.estimate = Some(estimate);
         Ok(())
@@ -301,6 +313,7 @@ fn measure(
     state: &step::State,
     found: &mut Found,
     contact: Vec<Vec<f64>>,
+    influences: &[(Influence, Nodal)],
     name: Option<&str>,
     factors: LoadFactors,
     estimated: bool,
@@ -312,15 +325,32 @@ fn measure(
     start_fields(&mut piece, heated);
     let (mut balances, mut recovered, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     let mut motions = Vec::new();
+    let mut changes = vec![0.0; influences.len()];
     let ends = std::iter::zip(&state.bodies, &contact);
     let finished = std::iter::zip(bodies, ends).enumerate().try_for_each(|(i, (body, (end, contact)))| {
         let u = body.with_ghosts(&groups.group, &end.displacement)?;
         let (fields, balance) = agree(&groups.group, body.recover(&u, contact))?;
         let estimating = Stage::Estimate.enter();
-        let error = match estimated {
-            true => Some(BodyError::new(body, end.body, &groups.group, &u, &fields)?),
-            false => None,
-        };
+        let mut error = None;
+        if estimated {
+            let changed = influences.iter().map(|(_, changed)| {
+                let u = body.with_ghosts(&groups.group, &changed.displacement[i])?;
+                let fields = agree(&groups.group, body.point_stresses(&u))?;
+                Ok((u, fields))
+            });
+            let changed = changed.collect::<Result<Vec<_>>>()?;
+            let solved: Vec<Solved> = changed.iter().map(|(u, fields)| Solved { u, fields }).collect();
+            let own = Solved { u: &u, fields: &fields };
+            let (mut of_body, products) = BodyError::new(body, end.body, &groups.group, &own, &solved)?;
+            for ((sum, (influence, _)), products) in std::iter::zip(&mut changes, influences).zip(products) {
+                for (cell, product) in std::iter::zip(&mut of_body.cells, products) {
+                    let change = ratio(product, influence.scale * influence.value);
+                    *sum += change;
+                    cell.peaks += change.abs();
+                }
+            }
+            error = Some(of_body);
+        }
         drop(estimating);
         append(&mut piece, body, &fields, error.as_ref(), end.body, heated);
         errors.extend(error);
@@ -332,9 +362,17 @@ fn measure(
     agree(world, finished)?;
     let probes = probe(case, plan, bodies, &recovered, world)?;
     let mut warnings = Vec::new();
-    let (pairs, tables) = pair_results(case, found, world, &mut warnings);
+    let (mut pairs, tables) = pair_results(case, found, world, &mut warnings);
     let estimating = Stage::Estimate.enter();
-    let estimate = estimated.then(|| Estimate::new(case, plan, errors, &multiplier_sides(plan, &tables)));
+    let mut of_pairs = vec![None; case.contacts.len()];
+    for ((influence, _), stresses) in std::iter::zip(influences, parallel::sum(world, &changes)) {
+        let partners = influence.partners.map(|change| ratio(change, influence.value));
+        of_pairs[influence.pair] = Some(Change { stresses, partners });
+    }
+    let estimate =
+        estimated.then(|| Estimate::new(case, plan, errors, &multiplier_sides(plan, &tables), &of_pairs));
+    let of_pair = estimate.iter().flat_map(|estimate| &estimate.pairs);
+    std::iter::zip(&mut pairs, of_pair).for_each(|(p, e)| p.error_estimate = e.pressure);
     drop(estimating);
     let n = case.bodies.len();
     let of_bodies = OfBodies::new(&balances, groups.bodies(), n, world);
@@ -392,7 +430,7 @@ fn measure(
 /// The sides with multipliers that this rank holds.
 fn multiplier_sides<'a>(plan: &'a Plan, tables: &'a [record::PairTables]) -> Vec<MultiplierSide<'a>> {
     let ends = std::iter::zip(&plan.surfaces, &plan.ends);
-    let side = |(surface, &(pair, side, _)): (&'a Surface, &(usize, usize, usize))| {
+    let side = |(surface, &ContactSide { pair, side, .. }): (&'a Surface, &ContactSide)| {
         let table = tables[pair].sides[side].as_ref().filter(|table| table.multipliers)?;
         Some(MultiplierSide { pair, side, surface, table })
     };

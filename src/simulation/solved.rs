@@ -1,7 +1,8 @@
 //! A solved case: from the plan to the last load step, then to the files.
 use super::{
-    adapt::Adapted,
-    draw, option_warnings, remove_old_summary,
+    adapted::Adapted,
+    files::{draw, remove_old_summary},
+    options::option_warnings,
     report::{Site, Start},
     results::Run,
 };
@@ -38,13 +39,12 @@ impl Solved {
         at_once: bool,
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Self> {
-        let (plan, mut engine) = Engine::new(case, world)?;
-        let mut said = Vec::new();
-        if let Engine::Active(active) = &engine {
-            let [lines, warnings] = active.announce(case, &plan);
-            lines.iter().filter(|_| world.rank() == 0).for_each(|line| eprintln!("{}", plain_text(line)));
-            said = warnings;
-        }
+        let stage = Stage::SetUp.enter();
+        let plan = Plan::new(case, world)?;
+        let mut engine = Engine::new(case, &plan, &plan.exchange(case))?;
+        drop(stage);
+        let [lines, said] = engine.announce(case, &plan);
+        lines.iter().filter(|_| world.rank() == 0).for_each(|line| eprintln!("{}", plain_text(line)));
         let names = case.steps.iter().map(|step| step.name.as_deref());
         let file = Growing::new(&directory.join(output::RESULT), at_once, names);
         let file = (!case.steps.is_empty()).then_some(file);

@@ -1,29 +1,41 @@
 //! The contact rows of this rank's pairs: found, followed as the surfaces move, and given to the driver.
 use super::{
-    active::Place,
     found::{EndFound, Found},
     neutral::Neutral,
+    place::Place,
     rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
     state::{NodeState, PairState, State, Status},
-    task::{Scene, Solution, Task},
+    task::{Influence, Scene, Solution, Task},
 };
-use crate::vector::{larger, smaller, worst};
+use crate::vector::{self, larger, ratio, smaller, worst};
 use crate::{
     body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
-    case::{Case, ContactGeometry, Gap, Tolerance},
-    contact::{Row, Surface, vector::dot},
+    case::{Case, ContactGeometry, Driver, Gap, Tolerance},
+    contact::{
+        Row, Surface,
+        vector::{dot, sub},
+    },
     error::{Error, Result},
-    estimate::pressure::{self, Chain},
+    estimate::{
+        coarse,
+        pressure::{self, Chain},
+    },
     parallel::Exchange,
     record::{HistoryRow, Reason},
-    scene::Plan,
-    schwarz::{AUTOMATIC, ActiveSet, Coarse, Coupling, End, Limits, Outcome, PairRows, Projector, Respond},
+    scene::{ContactSide, Plan},
+    schwarz::{
+        AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Limits, Outcome, PairRows, Projector, Respond,
+    },
 };
 use nalgebra::DMatrix;
-use std::collections::HashMap;
+use std::{collections::HashMap, ops::Range};
 
 /// Sagittas in doubt beyond this share of what the contact forces move the surfaces by change the pressure by as much.
 const UNCLEAR: f64 = 0.01;
+
+/// Share of the largest pressure from which a row belongs to the top of the peak: on a Hertz contact |x| <= 0.3 a. What the
+/// mesh makes wrong is rather the mean there than one value, which the stresses of no mesh know.
+const TOP: f64 = 0.95;
 
 /// Pairs and rows as the first rank of a group holds them.
 pub(crate) struct Contacts {
@@ -34,17 +46,12 @@ pub(crate) struct Contacts {
     gaps: Option<Vec<Vec<f64>>>,
 }
 
-/// How the driver ended.
-enum Ended {
-    /// With an answer, or without one but with a reason.
-    Outcome(Outcome),
-    /// At a motion on which the loads work and which nothing stops.
-    Driven(Vec<f64>),
-}
-
 /// Overlap over the size of a body from which on it is no fit: the tightest shrink fits of machines have 0.3 % of the
 /// diameter (ISO 286, p to zc), and the strain is about as large.
 const NO_FIT: f64 = 1e-2;
+
+/// Overlap over the size of a body from which on there is no answer to speak of: strains of this size are not small.
+const NO_ANSWER: f64 = 0.25;
 
 /// `gap from 1e-5 to 2e-5`, `overlap up to 1e-6`, `touching`.
 fn gap_in_words(rows: &[Row]) -> String {
@@ -90,22 +97,31 @@ impl Contacts {
         .collect()
     }
 
-    /// Overlaps at the start that no fit has, of the pairs whose multipliers are here.
-    pub fn overlaps(&self, case: &Case, plan: &Plan) -> Vec<String> {
+    /// Pairs whose multipliers are here and that overlap at the start by more than a share of the body's size, in words.
+    fn overlapping(&self, case: &Case, plan: &Plan, share: f64) -> Vec<(usize, String)> {
         let ends = ends_with_rows(&self.shares.ends, &self.pairs);
-        let warning = |(end, rows): (&End, &[Row])| {
+        let words = |(end, rows): (&End, &[Row])| {
             let overlap = worst(rows.iter().map(|row| -row.gap));
             let size = mesh_extent(&plan.meshes[end.body].points);
-            (overlap > NO_FIT * size).then(|| {
-                format!(
+            (overlap > share * size).then(|| {
+                let text = format!(
                     "contact '{}': the surfaces overlap by up to {overlap:.3e} at the start, {:.1} % of the size of the body \
-                     ({size:.3e}): no fit has so much; look at positions, units and gap",
+                     ({size:.3e})",
                     case.contacts[end.pair].name,
                     100.0 * overlap / size
-                )
+                );
+                (end.pair, text)
             })
         };
-        ends.filter_map(warning).collect()
+        ends.filter_map(words).collect()
+    }
+
+    /// Overlaps at the start that no fit has, of the pairs whose multipliers are here.
+    pub fn overlaps(&self, case: &Case, plan: &Plan) -> Vec<String> {
+        let overlapping = self.overlapping(case, plan, NO_FIT).into_iter();
+        overlapping
+            .map(|(_, text)| format!("{text}: no fit has so much; look at positions, units and gap"))
+            .collect()
     }
 
     pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Contacts> {
@@ -121,7 +137,7 @@ impl Contacts {
         let surfaces = both_surfaces(case, plan, exchange, &plan.surfaces);
         let pairs = pair_rows(case, plan, &surfaces, &held);
         let mut interface = vec![Vec::new(); plan.groups.bodies().len()];
-        for (surface, &(pair, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
+        for (surface, &ContactSide { pair, body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
             if case.contacts[pair].geometry == ContactGeometry::Updated {
                 interface[plan.place(body)].extend(&surface.nodes);
             }
@@ -131,7 +147,38 @@ impl Contacts {
             nodes.dedup();
         });
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
-        Ok(Contacts { pairs, shares, held, gaps: None })
+        let contacts = Contacts { pairs, shares, held, gaps: None };
+        let hopeless = contacts.overlapping(case, plan, NO_ANSWER).into_iter().next();
+        let checked = match hopeless {
+            Some((pair, text)) => Err(case.contacts[pair].origin.error(format!(
+                "{text}: strains would not be small; look at positions, units and gap, and whether the surfaces face each other"
+            ))),
+            None => Ok(contacts),
+        };
+        exchange.agree(checked)
+    }
+
+    /// By how much facets of surfaces that are followed stretch or turn, the largest, relative to their length.
+    pub fn stretch(&self, scene: &Scene, to: &Place) -> f64 {
+        let Scene { case, plan, .. } = *scene;
+        let mut largest = 0.0;
+        for (surface, side) in std::iter::zip(&plan.surfaces, &plan.ends) {
+            if case.contacts[side.pair].geometry != ContactGeometry::Updated {
+                continue;
+            }
+            let place = plan.place(side.body);
+            let at: HashMap<u32, &[f64; 3]> =
+                std::iter::zip(self.shares.interface[place].iter().copied(), &to.displacement[place])
+                    .collect();
+            for facet in &surface.facets {
+                let [a, b] = [facet[0], facet[1]].map(|n| n as usize);
+                let moved = [a, b].map(|n| at.get(&surface.nodes[n]).map_or([0.0; 3], |u| **u));
+                let size = |v: [f64; 3]| dot(&v, &v).sqrt();
+                let length = size(sub(&surface.points[b], &surface.points[a]));
+                largest = larger(largest, size(sub(&moved[1], &moved[0])) / length);
+            }
+        }
+        largest
     }
 
     /// Finds the rows again on the displaced surfaces. Collective on the roots.
@@ -145,7 +192,7 @@ impl Contacts {
         };
         let is_updated = |pair: usize| case.contacts[pair].geometry == ContactGeometry::Updated;
         let moved: Vec<Surface> = std::iter::zip(&plan.surfaces, &plan.ends)
-            .map(|(surface, &(pair, _, body))| {
+            .map(|(surface, &ContactSide { pair, body, .. })| {
                 if !is_updated(pair) {
                     return surface.clone();
                 }
@@ -155,7 +202,7 @@ impl Contacts {
             })
             .collect();
         let mut surfaces = both_surfaces(case, plan, exchange, &moved);
-        for (i, &(pair, side, _)) in plan.ends.iter().enumerate() {
+        for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
             if let (true, Some(motion)) = (is_updated(pair), rigid_motion(case, pair, 1 - side)) {
                 let u = motion.map(|m| to.supports * m);
                 surfaces[i][1] = surfaces[i][1].moved(&vec![u; surfaces[i][1].nodes.len()]);
@@ -218,8 +265,7 @@ impl Contacts {
             Err(error) => return Err(error),
         };
         let (mut found, solution) = self.solve_from(task, neutral, responses, None, progress)?;
-        let counts = (failed.updates, failed.force_steps, failed.displacement_steps);
-        found.prepend(failed.history, counts);
+        found.prepend(failed);
         Ok((found, solution))
     }
 
@@ -240,9 +286,10 @@ impl Contacts {
             rows.iter().flat_map(|rows| std::iter::repeat_n(rows.stiffness, rows.gap.len())).collect();
         let mut coarse = Coarse::new(&coupling, task.modes.total, &task.modes.first, scaling);
         hold(task, neutral, &*coupling.bodies, &mut coarse)?;
-        let (start, automatic) = match case.alternation.tolerance {
-            Tolerance::Automatic => (AUTOMATIC[0], true),
-            Tolerance::Fixed(tolerance) => (tolerance, false),
+        let (start, automatic) = match (case.alternation.tolerance, case.alternation.driver) {
+            (Tolerance::Automatic, Driver::ActiveSet) => (AUTOMATIC[0], true),
+            (Tolerance::Automatic, Driver::Relaxed(_)) => (Tolerance::RELAXED, false),
+            (Tolerance::Fixed(tolerance), _) => (tolerance, false),
         };
         let limits = Limits { tolerance: start, max_alternations: case.alternation.max_alternations };
         let n_pairs = case.contacts.len();
@@ -265,9 +312,12 @@ impl Contacts {
             driver.mesh_error = Some(&mesh_error);
         }
         let mut not_finite = None;
-        let ended = match driver.run(warm.as_deref(), progress) {
-            Ok(Ok(outcome)) => Ended::Outcome(outcome),
-            Ok(Err(motion)) => Ended::Driven(motion),
+        let ended = match case.alternation.driver {
+            Driver::ActiveSet => driver.run(warm.as_deref(), progress),
+            Driver::Relaxed(weights) => driver.relax(weights, warm.as_deref(), progress).map(Ended::Outcome),
+        };
+        let ended = match ended {
+            Ok(ended) => ended,
             // The state is that before the answer.
             Err(Error::NotFinite(what)) => {
                 not_finite = Some(what);
@@ -289,7 +339,11 @@ impl Contacts {
                 return Err(unrestrained(task, &motion));
             }
         }
-        let (mut found, solution) = self.report(task, &driver, &projector, outcome);
+        let converged = outcome.reason.converged();
+        let (mut found, mut solution) = self.report(task, &driver, &projector, outcome);
+        if converged && task.target.is_end {
+            solution.influences = self.influences(task, &mut driver)?;
+        }
         // All first ranks have agreed on it.
         found.diagnosis.extend(not_finite.filter(|_| plan.groups.own == 0));
         Ok((found, solution))
@@ -318,9 +372,11 @@ impl Contacts {
         let mut forces = Vec::new();
         for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let Some(pair) = &self.pairs[end.pair] else { continue };
-            let nodes = pair.rows.iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
-            let key = |node| (end.pair, plan.ends[i].1, node);
+            let nodes = pair.own_rows().iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
+            let key = |node| (end.pair, plan.ends[i].side, node);
             forces.extend(nodes.map(|node| known.get(&key(node)).copied().unwrap_or(0.0)));
+            // Of the other side's own nodes nothing is known.
+            forces.extend(pair.rows[pair.n_own..].iter().map(|_| 0.0));
         }
         forces
     }
@@ -373,14 +429,17 @@ impl Contacts {
             alpha: modes.map(|(&f, &count)| driver.alpha[f..f + count].to_vec()).collect(),
             relief: driver.coarse.relief(exchange, &driver.force),
             pairs: Vec::new(),
+            influences: Vec::new(),
         };
         let elastic = driver.elastic_approach();
         found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
         for (i, end) in self.shares.ends.iter().enumerate() {
-            let values = if end.multiplier { &out[i] } else { &received[i] };
+            let mut values = if end.multiplier { out[i].clone() } else { received[i].clone() };
+            end.watched.iter().for_each(|&k| values[k] = 0.0);
+            let values = &values[..];
             solution.force[end.body][end.rows.clone()].copy_from_slice(values);
             let Some(pair) = &self.pairs[end.pair] else { continue };
-            let (surface, side) = (&plan.surfaces[i], plan.ends[i].1);
+            let (surface, side) = (&plan.surfaces[i], plan.ends[i].side);
             if !end.multiplier {
                 found.ends.push(EndFound::of_mortar(
                     surface,
@@ -403,10 +462,101 @@ impl Contacts {
                 force: *force,
                 status: if *active { Status::Closed } else { Status::Open },
             };
-            let nodes = std::iter::zip(&pair.rows, std::iter::zip(values, active)).map(state).collect();
+            let nodes = std::iter::zip(pair.own_rows(), std::iter::zip(values, active)).map(state).collect();
             solution.pairs.push(PairState { pair: end.pair, side, nodes });
         }
         (found, solution)
+    }
+
+    /// What decides the peak pressure of each pair. Collective on the roots.
+    fn influences(
+        &self,
+        task: &Task,
+        driver: &mut ActiveSet<Response>,
+    ) -> Result<Vec<(Influence, Solution)>> {
+        let exchange = task.scene.exchange;
+        let mut found = Vec::new();
+        for pair in 0..task.scene.case.contacts.len() {
+            let Some((value, weights)) = self.peak_of(task, driver, pair) else { continue };
+            let (dual, motion) = driver.influence(weights)?;
+            let rows = driver.coupling.n_rows;
+            let largest = |v: &[f64]| vector::largest(&v[..rows]);
+            let sizes = exchange.max(&[largest(&driver.force), largest(&dual)]);
+            let scale = ratio(sizes[0], sizes[1]);
+            let sum = |a: &[f64], b: &[f64]| -> Vec<f64> {
+                std::iter::zip(a, b).map(|(a, b)| a + scale * b).collect()
+            };
+            let (force, alpha) = (sum(&driver.force, &dual), sum(&driver.alpha, &motion));
+            let changed = self.on_bodies(task, driver, &force, &alpha);
+            let partners = self.partners(task, driver, &dual, pair);
+            found.push((Influence { pair, value, scale, partners }, changed));
+        }
+        Ok(found)
+    }
+
+    /// Mean pressure of the peak of a pair, Pa, and its derivatives by the row forces, 1/m2; `None` if nothing touches.
+    /// Collective on the roots.
+    fn peak_of(&self, task: &Task, driver: &ActiveSet<Response>, pair: usize) -> Option<(f64, Vec<f64>)> {
+        let mut weights = vec![0.0; driver.coupling.n];
+        let mut sums = [0.0; 2];
+        for (range, data) in self.multipliers(driver).filter(|(_, data)| data.number == pair) {
+            let force = &driver.force[range.clone()];
+            let pressure: Vec<f64> = std::iter::zip(force, &data.rows).map(|(f, row)| f / row.area).collect();
+            let least = TOP * pressure.iter().copied().fold(0.0, larger);
+            for j in (0..force.len()).filter(|&j| pressure[j] > 0.0 && pressure[j] >= least) {
+                weights[range.start + j] = 1.0;
+                sums[0] += force[j];
+                sums[1] += data.rows[j].area;
+            }
+        }
+        let [force, area] = task.scene.exchange.sum(&sums)[..] else { return None };
+        weights.iter_mut().for_each(|w| *w /= area);
+        (area > 0.0).then(|| (force / area, weights))
+    }
+
+    /// [`Influence::partners`]. Collective on the roots.
+    fn partners(&self, task: &Task, driver: &ActiveSet<Response>, dual: &[f64], pair: usize) -> [f64; 2] {
+        let thickness = task.scene.case.analysis.thickness();
+        let mut sums = [0.0; 2];
+        for (range, data) in self.multipliers(driver).filter(|(_, data)| data.moduli[1].is_finite()) {
+            let forces = [&driver.force[range.clone()], &dual[range]];
+            let stiffness = data.moduli.map(|modulus| modulus * thickness);
+            let missing = coarse::missing(&data.rows, &data.grain, forces, stiffness);
+            // Near the peak itself a dual solution is as rough as the mesh: only a partner that is coarser tells.
+            match data.number == pair {
+                true => sums[0] += coarse::coarseness(&data.rows, forces[0]) * missing,
+                false => sums[1] += missing,
+            }
+        }
+        let sums = task.scene.exchange.sum(&sums);
+        [sums[0], sums[1]]
+    }
+
+    /// The pairs whose multipliers this rank holds, with the rows' places in a row vector.
+    fn multipliers(&self, driver: &ActiveSet<Response>) -> impl Iterator<Item = (Range<usize>, &Pair)> {
+        let ranges = driver.coupling.ranges.clone();
+        let ends = std::iter::zip(&self.shares.ends, ranges).filter(|(end, _)| end.multiplier);
+        ends.filter_map(|(end, range)| Some((range, self.pairs[end.pair].as_ref()?)))
+    }
+
+    /// Row forces and motions, body by body. Collective on the roots.
+    fn on_bodies(&self, task: &Task, driver: &ActiveSet<Response>, force: &[f64], alpha: &[f64]) -> Solution {
+        let exchange = task.scene.exchange;
+        let out: Vec<Vec<f64>> =
+            driver.coupling.ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
+        let received = exchange.swap(&out);
+        let modes = std::iter::zip(&task.modes.first, &task.modes.counts);
+        let mut solution = Solution {
+            force: driver.coupling.bodies.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
+            alpha: modes.map(|(&f, &count)| alpha[f..f + count].to_vec()).collect(),
+            relief: driver.coarse.relief(exchange, force),
+            ..Solution::default()
+        };
+        for (i, end) in self.shares.ends.iter().enumerate() {
+            let values = if end.multiplier { &out[i] } else { &received[i] };
+            solution.force[end.body][end.rows.clone()].copy_from_slice(values);
+        }
+        solution
     }
 
     /// A warning for each pair whose gaps depend on what the nodes of a mesh do not tell: curve or polygon. `elastic`: what
@@ -439,8 +589,8 @@ impl Contacts {
         let mut first = 0;
         for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let Some(pair) = &self.pairs[end.pair] else { continue };
-            let range = first..first + pair.rows.len();
-            first = range.end;
+            let range = first..first + pair.n_own;
+            first += pair.rows.len();
             let points: Vec<String> = flipped
                 .iter()
                 .filter(|j| range.contains(j))

@@ -52,7 +52,7 @@ pub(crate) struct EndFound {
     pub length: f64,
     pub active: usize,
     pub candidates: usize,
-    /// Nodes in contact without a single conjugate node: pointwise transfer of the relaxed driver only.
+    /// Nodes of both sides in contact without a conjugate node: the paper's transfer only.
     pub unmatched: usize,
     /// Largest penetration of a candidate, and of a node beyond the candidates, m.
     pub penetration: f64,
@@ -94,18 +94,17 @@ impl Found {
         }
     }
 
-    /// Puts the history and the counts of earlier geometries before its own.
-    pub fn prepend(&mut self, mut history: Vec<HistoryRow>, counts: (u64, u64, u64)) {
-        let (before, updates) = (history.len() as u64, counts.0);
+    /// Puts the history and the counts of what was tried before in front of its own.
+    pub fn prepend(&mut self, mut before: Found) {
         for row in &mut self.history {
-            row.alternation += before;
-            row.update += updates;
+            row.alternation += before.history.len() as u64;
+            row.update += before.updates;
         }
-        history.append(&mut self.history);
-        self.history = history;
-        self.updates += counts.0;
-        self.force_steps += counts.1;
-        self.displacement_steps += counts.2;
+        before.history.append(&mut self.history);
+        self.history = before.history;
+        self.updates += before.updates;
+        self.force_steps += before.force_steps;
+        self.displacement_steps += before.displacement_steps;
     }
 }
 
@@ -123,7 +122,12 @@ impl EndFound {
     ) -> EndFound {
         let mut table = SideTable { multipliers: true, ..empty_table(surface) };
         let mut complementarity = [0.0_f64; 2];
-        for (j, row) in data.rows.iter().enumerate() {
+        // The nodes of the other side, if they have rows of their own, have an end of their own.
+        let n = data.n_own;
+        let unmatched = data.watched.iter().flatten().filter(|j| active[**j]).count();
+        let [gaps, elastic, force] = [&gaps[..n], &elastic[..n], &force[..n]];
+        let active = &active[..n];
+        for (j, row) in data.own_rows().iter().enumerate() {
             let i = row.node as usize;
             table.normal[i] = row.normal;
             table.gap[i] = gaps[j];
@@ -145,8 +149,8 @@ impl EndFound {
             table,
             normal_force: force.iter().sum(),
             active: active.iter().filter(|a| **a).count(),
-            candidates: data.rows.len(),
-            unmatched: 0,
+            candidates: n,
+            unmatched,
             penetration: gaps.iter().map(|g| -g).fold(0.0, larger),
             beyond: 0.0,
             complementarity,
@@ -167,7 +171,10 @@ impl EndFound {
         gaps: &[f64],
     ) -> EndFound {
         let mut table = empty_table(surface);
-        for (row, force) in std::iter::zip(&data.rows, force) {
+        for (j, (row, force)) in std::iter::zip(&data.rows, force).enumerate() {
+            if data.watched[1].contains(&j) {
+                continue;
+            }
             add_forces(&mut table, &row.terms[1], *force);
             for (node, _) in &row.terms[1] {
                 let status = &mut table.status[*node as usize];

@@ -1,6 +1,6 @@
 //! Along the load path.
 use super::{
-    engine::{Advanced, Engine},
+    advance::{Advanced, Engine},
     state::State,
     task::{Scene, Target},
 };
@@ -49,7 +49,8 @@ pub(crate) fn march<'p>(
     let least = if updated || !scene.case.steps.is_empty() { LEAST } else { 1.0 };
     let mut state = State::start();
     let mut number = 1;
-    for (k, step) in path.iter().enumerate() {
+    for (i, step) in path.iter().enumerate() {
+        let is_final = i + 1 == path.len();
         let target =
             LoadFactors { loads: step.loads, supports: step.supports, temperature: step.temperature };
         let from = state.factors;
@@ -59,22 +60,30 @@ pub(crate) fn march<'p>(
             let is_last = reached >= 1.0;
             let factors = if is_last { target } else { from.toward(&target, reached) };
             let name = step.name.as_deref().filter(|_| is_last);
-            let tried = engine.advance(scene, &state, Target { number, factors }, &mut progress);
+            let tried = engine.advance(
+                scene,
+                &state,
+                Target { number, factors, is_end: is_last && (is_final || scene.case.output.every_estimate) },
+                &mut progress,
+            );
             let failure = match tried {
-                Ok(advanced) => match accept(
-                    engine,
-                    Accepted { name, factors, is_last: is_last && k + 1 == path.len(), advanced },
-                )? {
-                    (reason, accepted) if reason.converged() => {
-                        (state, done) = (accepted, reached);
-                        number += 1;
-                        // What went well may go on in larger steps.
-                        size = (2.0 * size).min(1.0 - done);
-                        continue;
+                Ok(advanced) => {
+                    match accept(engine, Accepted { name, factors, is_last: is_last && is_final, advanced })?
+                    {
+                        (reason, accepted) if reason.converged() => {
+                            (state, done) = (accepted, reached);
+                            number += 1;
+                            // What went well may go on in larger steps.
+                            size = (2.0 * size).min(1.0 - done);
+                            continue;
+                        }
+                        (reason, _) => End::Stopped(reason),
                     }
-                    (reason, _) => End::Stopped(reason),
-                },
+                }
                 Err(error @ Error::Unrestrained(_)) => End::Refused(error),
+                Err(Error::NotConverged(text)) => {
+                    return Err(Error::NotConverged(format!("load step {number}: {text}")));
+                }
                 Err(error) => return Err(error),
             };
             size *= 0.5;

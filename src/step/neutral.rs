@@ -5,11 +5,12 @@
 //! until huge forces balance next to nothing. So these motions are held, as in the analysis of a free structure by inertia
 //! relief, and reported as free; loads that do work on them beyond what facets leave are refused.
 use super::rows::straight_partner;
+use crate::tolerances::NO_WORK;
 use crate::{
     body::Body,
     case::{Case, ContactGeometry},
     contact::{Surface, vector::dot},
-    scene::Plan,
+    scene::{ContactSide, Plan},
     vector::larger,
 };
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -17,9 +18,6 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// Angle, rad, between a surface and a motion along it that the coordinates of a mesh file leave: six digits on facets of a
 /// twentieth of the radius.
 const FILE_DIGITS: f64 = 1e-5;
-
-/// Work of the loads on a motion, relative to the sum of the absolute works, that quadrature leaves.
-const QUADRATURE: f64 = 1e-9;
 
 /// A motion along the body's own surfaces.
 #[derive(Debug, Clone)]
@@ -37,7 +35,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
     let mut found = Vec::new();
     for (place, (body, &index)) in std::iter::zip(bodies, plan.groups.bodies()).enumerate() {
         let modes = body.free.modes.len();
-        let ends = || std::iter::zip(&plan.surfaces, &plan.ends).filter(move |(_, end)| end.2 == index);
+        let ends = || std::iter::zip(&plan.surfaces, &plan.ends).filter(move |(_, end)| end.body == index);
         if modes == 0 || ends().next().is_none() {
             continue;
         }
@@ -46,7 +44,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
         let mut sides = Along::new(modes);
         let mut tracks = Along::new(modes);
         let mut has_track = false;
-        for (surface, &(pair, side, _)) in ends() {
+        for (surface, &ContactSide { pair, side, .. }) in ends() {
             sides.add_surface(body, surface);
             let updated = case.contacts[pair].geometry == ContactGeometry::Updated;
             match straight_partner(case, pair, side).filter(|_| updated) {
@@ -69,7 +67,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
         let of = |v: DVector<f64>| Neutral {
             place,
             motion: v.as_slice().to_vec(),
-            faceted: facets.work().max(QUADRATURE),
+            faceted: facets.work().max(NO_WORK),
         };
         found.extend(motions.into_iter().map(of));
     }
@@ -114,11 +112,11 @@ struct Facets {
 
 impl Facets {
     fn of(surface: &Surface) -> Facets {
-        let turn = |facet: &Vec<u32>| {
-            let [a, b] = [0, 1].map(|i| &surface.normals[facet[i] as usize]);
-            0.5 * larger(1.0 - dot(a, b).powi(2), 0.0).sqrt().asin()
+        let turn = |f: usize| {
+            let [a, b] = [-1.0, 1.0].map(|xi| surface.curve_normal(f, xi));
+            0.5 * larger(1.0 - dot(&a, &b).powi(2), 0.0).sqrt().asin()
         };
-        let mut turns: Vec<f64> = surface.facets.iter().map(turn).collect();
+        let mut turns: Vec<f64> = (0..surface.facets.len()).map(turn).collect();
         turns.sort_by(f64::total_cmp);
         Facets {
             half_turn: turns.get(turns.len() / 2).copied().unwrap_or(0.0),
@@ -131,8 +129,8 @@ impl Facets {
         Facets { half_turn, linear: self.linear || other.linear }
     }
 
-    /// Angle between the normals of the nodes and those of the curve: the third order of the half turn, since nodal normals
-    /// of arcs are exact in the second.
+    /// Angle between the normals of a facet's curve and those of the true one: where they are those of a parabola the third
+    /// order of the half turn; of straight facets less.
     fn angle(&self) -> f64 {
         FILE_DIGITS + self.half_turn.powi(3)
     }
@@ -168,17 +166,16 @@ impl Along {
         self.nodes.push((across, modes));
     }
 
-    /// The body's own surface.
+    /// The body's own surface: each facet's curve at both of its ends.
     fn add_surface(&mut self, body: &Body, surface: &Surface) {
-        for (i, (&node, x)) in std::iter::zip(&surface.nodes, &surface.points).enumerate() {
-            // At an end the normal is that of the last facet alone.
-            let facets = surface.facets.iter().filter(|f| f[..2].contains(&(i as u32))).count();
-            let is_middle = surface.facets.iter().any(|f| f.get(2) == Some(&(i as u32)));
-            if facets < 2 && !is_middle && surface.facets.len() > 1 {
-                continue;
+        for (f, facet) in surface.facets.iter().enumerate() {
+            for (&i, xi) in std::iter::zip(facet, [-1.0, 1.0]) {
+                let (node, x) = (surface.nodes[i as usize], &surface.points[i as usize]);
+                let normal = surface.curve_normal(f, xi);
+                let modes: Vec<[f64; 3]> =
+                    (0..body.free.modes.len()).map(|k| body.free.at(k, node, x)).collect();
+                self.add(modes.iter().map(|v| dot(&normal, v)).collect(), modes);
             }
-            let modes: Vec<[f64; 3]> = (0..body.free.modes.len()).map(|k| body.free.at(k, node, x)).collect();
-            self.add(modes.iter().map(|v| dot(&surface.normals[i], v)).collect(), modes);
         }
     }
 

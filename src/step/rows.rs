@@ -1,36 +1,45 @@
 //! Contact rows of the pairs, and the bodies' shares of them.
+use crate::estimate::coarse::Grain;
+use crate::tolerances::{HELD_DIRECTION, HELD_PRESCRIBED};
 use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
-    case::{BodyRef, Case, ContactCase, Gap, RigidShape, Transfer},
-    contact::{Pairing, Row, Search, Surface, mortar, vector::dot},
+    case::{BodyRef, Case, ContactCase, Driver, Gap, RigidShape, Transfer},
+    contact::{Conjugate, Pairing, Row, Search, Surface, mortar, pointwise, vector::dot},
     error::Result,
     material::LinearElastic,
     parallel::Exchange,
-    scene::Plan,
-    schwarz::{End, PairRows},
+    scene::{ContactSide, Plan},
+    schwarz::{End, Interpolated, PairRows},
 };
-
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Default search distance as a share of the smaller surface's extent.
 const SEARCH: f64 = 0.1;
-
-/// A contact node whose free directions carry less than this share of the normal is held by its support.
-const HELD: f64 = 1e-6;
 
 /// A pair as the first rank of either group sees it.
 pub(crate) struct Pair {
     /// Side of the case (0: A) that carries the multipliers.
     pub multiplier: usize,
-    /// Rows that may come into contact.
+    /// Rows that may come into contact: those of nodes of the multiplier side first.
     pub rows: Vec<Row>,
+    /// How many these are. The others, of nodes of the mortar side, are those of the paper's transfer where nodes do not
+    /// match: both sides' nodes have conjugate points, and forces of their own.
+    pub n_own: usize,
+    /// Rows whose forces do not act on the multiplier side and on the mortar side.
+    pub watched: [Vec<usize>; 2],
+    /// Per row: whether supports hold the multiplier side and the mortar side, or these are rigid.
+    pub held: Vec<[bool; 2]>,
     /// Mesh node of each row.
     pub nodes: Vec<u32>,
     /// Of each facet of the multiplier side: the part that has a partner, xi in [-1, 1].
     pub cover: Vec<Option<[f64; 2]>>,
     /// How far the surfaces may lie from what the gap of each row was measured with, m: [`Surface::sagitta_in_doubt`].
     pub doubt: Vec<f64>,
+    /// Index in the case.
+    pub number: usize,
+    /// The surface with the multipliers.
+    pub grain: Grain,
     /// Rows beyond the search distance: they must not come to penetrate.
     pub beyond: Vec<Row>,
     /// Plane moduli of the bodies on the multiplier and the mortar side, Pa; infinite: rigid.
@@ -52,7 +61,7 @@ pub(crate) fn pair_rows(
     held: &[[Vec<bool>; 2]],
 ) -> Vec<Option<Pair>> {
     let mut pairs: Vec<Option<Pair>> = case.contacts.iter().map(|_| None).collect();
-    for (i, &(pair, side, _)) in plan.ends.iter().enumerate() {
+    for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
         if pairs[pair].is_none() {
             let (mut sides, mut holds) = ([&surfaces[i][0], &surfaces[i][1]], [&held[i][0], &held[i][1]]);
             if side == 1 {
@@ -89,21 +98,21 @@ fn one_pair(
         Some(b) => LinearElastic::new(&case.bodies[b].material, case.analysis).plane_modulus(),
         None => f64::INFINITY,
     });
+    let is_relaxed = matches!(case.alternation.driver, Driver::Relaxed(_));
     let multiplier = match moduli.iter().position(|m| m.is_infinite()) {
         Some(rigid) => 1 - rigid,
         None => {
             // Of sides that are alike the first by the name of its body: whatever order the case has.
             let names = [0, 1].map(|s| case.body_name(contact.surfaces[s].body));
             let [a, b] = if names[0] <= names[1] { [0, 1] } else { [1, 0] };
-            [a, b][mortar::multiplier_side([sides[a], sides[b]], [moduli[a], moduli[b]])]
+            // The paper's alternation prescribes the displacements of both sides.
+            let coarser = if is_relaxed { mortar::coarser_side([sides[a], sides[b]]) } else { None };
+            let by_rule = || mortar::multiplier_side([sides[a], sides[b]], [moduli[a], moduli[b]]);
+            [a, b][coarser.unwrap_or_else(by_rule)]
         }
     };
     let (own, other) = (sides[multiplier], sides[1 - multiplier]);
     let floating = plan.floating(case, pair);
-    // Along a rigid surface bodies slide without a gap; but normals that are not a free body's own would hold its spin.
-    let mut other = other.clone();
-    other.rigid &= !plan.floating(case, pair);
-    let other = &other;
     let reach = search_distance(contact, own, other, moduli, floating);
     // The own normals of a body that only contact holds leave its spin free, as it is; a rigid surface's would not.
     let other = &Surface { rigid: other.rigid && !floating, ..other.clone() };
@@ -112,28 +121,52 @@ fn one_pair(
         let node = own.nodes[node as usize];
         taken.iter().any(|(other, nodes)| *other == body && nodes.contains(&node))
     };
-    let mortar::Transfer { rows: all, cover } = match case.alternation.transfer {
+    let (all, cover): (Vec<(Row, Acts)>, _) = match case.alternation.transfer {
         Transfer::Mortar => {
             let thickness = case.analysis.thickness();
-            mortar::transfer(own, other, &contact.gap, thickness, f64::INFINITY, &is_taken)
+            let mortar::Transferred { rows, cover } =
+                mortar::transfer(own, other, &contact.gap, thickness, f64::INFINITY, &is_taken);
+            (rows.into_iter().map(|row| (row, BOTH)).collect(), cover)
         }
         Transfer::Pointwise => {
             let mut pairing = Pairing::new(sides, &contact.gap, contact.conjugate);
-            let conjugates = std::mem::take(&mut pairing.conjugates[multiplier]);
-            let rows = crate::contact::pointwise(own, &conjugates, f64::INFINITY);
-            mortar::Transfer { rows, cover: vec![Some([-1.0, 1.0]); own.facets.len()] }
+            pairing.conjugates.rotate_left(multiplier);
+            // The paper's is of both sides' nodes.
+            let both_sides = is_relaxed && moduli.iter().all(|m| m.is_finite());
+            (
+                nodal_rows([own, other], &pairing.conjugates, both_sides),
+                vec![Some([-1.0, 1.0]); own.facets.len()],
+            )
         }
     };
-    let all: Vec<Row> = all.into_iter().map(|row| closed(row, &contact.gap, [own, other])).collect();
-    // A row that supports hold on both sides carries a support's force, not a contact's.
+    // A row that supports hold on all sides that it acts on, but for next to nothing, carries a support's force, not a
+    // contact's: where surfaces slip past a clamp by little, what neighbours have of the row there could close a gap only by
+    // huge forces.
     let held = [held[multiplier], held[1 - multiplier]];
     let is_held = |row: &Row| {
-        (0..2).all(|s| {
+        [0, 1].map(|s| {
             row.terms[s].iter().all(|&(node, _)| held[s].get(node as usize).copied().unwrap_or(true))
         })
     };
-    let (rows, beyond): (Vec<Row>, Vec<Row>) =
-        all.into_iter().filter(|row| !is_held(row)).partition(|row| row.gap <= reach);
+    let yields = |(row, acts): &(Row, Acts)| {
+        let (mut free, mut all) = (0.0, 0.0);
+        for (s, terms) in row.terms.iter().enumerate().filter(|(s, _)| acts[*s]) {
+            for (node, v) in terms {
+                let size = dot(v, v).sqrt();
+                all += size;
+                free += if held[s].get(*node as usize).copied().unwrap_or(true) { 0.0 } else { size };
+            }
+        }
+        free > HELD_PRESCRIBED * all
+    };
+    let (near, beyond): (Vec<_>, Vec<_>) = all
+        .into_iter()
+        .filter(yields)
+        .map(|(row, acts)| (closed(row, &contact.gap, [own, other]), acts))
+        .partition(|(row, _)| row.gap <= reach);
+    let watched = [0, 1].map(|side| (0..near.len()).filter(|&j| !near[j].1[side]).collect::<Vec<usize>>());
+    let rows: Vec<Row> = near.into_iter().map(|(row, _)| row).collect();
+    let n_own = rows.len() - watched[0].len();
     let doubts = [own, other].map(Surface::sagitta_in_doubt);
     let of_nodes = |side: usize, row: &Row| {
         row.terms[side].iter().map(|t| doubts[side][t.0 as usize]).fold(0.0, crate::vector::larger)
@@ -149,11 +182,16 @@ fn one_pair(
         .collect();
     Pair {
         multiplier,
-        nodes: rows.iter().map(|row| own.nodes[row.node as usize]).collect(),
+        nodes: rows[..n_own].iter().map(|row| own.nodes[row.node as usize]).collect(),
+        held: rows.iter().map(is_held).collect(),
         rows,
+        n_own,
+        watched,
         cover,
         doubt,
-        beyond,
+        beyond: beyond.into_iter().map(|(row, _)| row).collect(),
+        number: pair,
+        grain: Grain::new(own),
         moduli: [moduli[multiplier], moduli[1 - multiplier]],
         mortar_nodes: nodes.len(),
         opposite: match contact.surfaces[1 - multiplier].body {
@@ -161,6 +199,65 @@ fn one_pair(
             BodyRef::Rigid(_) => Vec::new(),
         },
         rigid_motion,
+    }
+}
+
+/// Whether a row's force acts on the multiplier side and on the mortar side.
+type Acts = [bool; 2];
+
+const BOTH: Acts = [true, true];
+
+/// Rows of the nodes of the multiplier side, which act on both sides. With `both_sides` only where two nodes are each other's
+/// conjugate points; all other nodes of either side have rows that act on their own side alone.
+fn nodal_rows(
+    [own, other]: [&Surface; 2],
+    conjugates: &[Vec<Option<Conjugate>>; 2],
+    both_sides: bool,
+) -> Vec<(Row, Acts)> {
+    let single = |side: usize, node: usize| match &conjugates[side].get(node)?.as_ref()?.terms[..] {
+        [(other, _)] => Some(*other as usize),
+        _ => None,
+    };
+    let matches = |side: usize, node: u32| {
+        let node = node as usize;
+        single(side, node).is_some_and(|other| single(1 - side, other) == Some(node))
+    };
+    let rows = pointwise(own, &conjugates[0], f64::INFINITY).into_iter();
+    let acts = |row: &Row| [true, !both_sides || matches(0, row.node)];
+    let mut all: Vec<(Row, Acts)> = rows.map(|row| (row.clone(), acts(&row))).collect();
+    if both_sides {
+        let rows = pointwise(other, &conjugates[1], f64::INFINITY).into_iter();
+        all.extend(rows.filter(|row| !matches(1, row.node)).map(|mut row| {
+            row.terms.reverse();
+            (row, [false, true])
+        }));
+    }
+    all
+}
+
+impl Pair {
+    /// Rows of nodes of the multiplier side.
+    pub fn own_rows(&self) -> &[Row] {
+        &self.rows[..self.n_own]
+    }
+
+    /// Of which rows the force is what the nodes of a side carry where a row does not act, and with which weights: the
+    /// conjugate point's (28).
+    fn interpolated(&self, side: usize) -> Vec<Interpolated> {
+        let acts = |j: &usize| !self.watched[side].contains(j);
+        // The node that a row which acts on this side belongs to there.
+        let node = |j: usize| match side == 0 || j >= self.n_own {
+            true => self.rows[j].node,
+            false => self.rows[j].terms[side][0].0,
+        };
+        let rows: HashMap<u32, usize> = (0..self.rows.len()).filter(acts).map(|j| (node(j), j)).collect();
+        let of_row = |&j: &usize| {
+            let row = &self.rows[j];
+            let terms = row.terms[side].iter();
+            let terms = terms.filter_map(|(node, v)| Some((*rows.get(node)?, dot(v, &row.normal).abs())));
+            Interpolated { row: j, terms: terms.collect() }
+        };
+        self.watched[side].iter().map(of_row).collect()
     }
 }
 
@@ -253,13 +350,13 @@ impl Shares {
             interface: interface.map_or_else(|| vec![Vec::new(); n_bodies], <[_]>::to_vec),
             body_rows: vec![Vec::new(); n_bodies],
         };
-        let mut places: Vec<std::collections::HashMap<u32, usize>> = shares
+        let mut places: Vec<HashMap<u32, usize>> = shares
             .interface
             .iter()
             .map(|nodes| nodes.iter().enumerate().map(|(i, &n)| (n, i)).collect())
             .collect();
         let thickness = case.analysis.thickness();
-        for (i, &(pair, side, body)) in plan.ends.iter().enumerate() {
+        for (i, &ContactSide { pair, side, body }) in plan.ends.iter().enumerate() {
             let Some(data) = &pairs[pair] else { continue };
             let place = plan.place(body);
             let is_multiplier = side == data.multiplier;
@@ -278,7 +375,8 @@ impl Shares {
                 shares.body_rows[place].push(BodyRow { terms: terms.collect() });
             }
             let rows = first..shares.body_rows[place].len();
-            shares.ends.push(End { pair, multiplier: is_multiplier, body: place, rows });
+            let watched = data.watched[column].clone();
+            shares.ends.push(End { pair, multiplier: is_multiplier, body: place, rows, watched });
             shares.rows.push(match is_multiplier {
                 true => PairRows {
                     gap: data.rows.iter().map(|row| row.gap).collect(),
@@ -287,6 +385,9 @@ impl Shares {
                     compliance_ratio: data.moduli[1] / data.moduli[0],
                     mortar_is_coarse: data.mortar_nodes < data.rows.len(),
                     in_chain: case.contacts[pair].surfaces.iter().any(|s| case.pairs_of(s.body) > 1),
+                    side: data.multiplier,
+                    held: data.held.clone(),
+                    interpolated: [0, 1].map(|side| data.interpolated(side)),
                 },
                 false => PairRows::default(),
             });
@@ -306,7 +407,7 @@ pub(crate) fn both_surfaces(
     let received = exchange.swap(&packed);
     std::iter::zip(own, received)
         .zip(&plan.ends)
-        .map(|((own, received), &(pair, side, _))| {
+        .map(|((own, received), &ContactSide { pair, side, .. })| {
             let other = match plan.rigid_surface(case, pair, 1 - side) {
                 Some(rigid) => rigid,
                 None => Surface::unpack(&received),
@@ -319,13 +420,13 @@ pub(crate) fn both_surfaces(
 /// Per end: which nodes of both surfaces a support holds along the normal. Collective on the roots.
 pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<bool>; 2]>> {
     let mut own = Vec::new();
-    for (surface, &(_, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
+    for (surface, &ContactSide { body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
         let mesh = &plan.meshes[plan.place(body)];
         let constraints = Constraints::new(&case.bodies[body], mesh)?;
         let is_held = |(node, normal): (&u32, &[f64; 3])| {
             constraints.0.get(node).is_some_and(|support| {
                 let free = support.free_part(normal, mesh.dim);
-                dot(&free, &free).sqrt() < HELD
+                dot(&free, &free).sqrt() < HELD_DIRECTION
             })
         };
         own.push(std::iter::zip(&surface.nodes, &surface.normals).map(is_held).collect::<Vec<bool>>());

@@ -15,12 +15,17 @@ pub(crate) struct Scene<'s, 'e> {
 pub(crate) struct Target {
     pub number: u64,
     pub factors: LoadFactors,
+    /// At the end of the path: what the mesh makes wrong of the peak pressures is looked into.
+    pub is_end: bool,
 }
 
 impl Target {
     /// All that acts, in one step.
-    pub const FULL: Target =
-        Target { number: 1, factors: LoadFactors { loads: 1.0, supports: 1.0, temperature: 1.0 } };
+    pub const FULL: Target = Target {
+        number: 1,
+        factors: LoadFactors { loads: 1.0, supports: 1.0, temperature: 1.0 },
+        is_end: true,
+    };
 }
 
 /// A solve on the contact rows as they are.
@@ -55,4 +60,19 @@ pub(crate) struct Solution {
     /// Work, per mode of all bodies, that the loads do on motions without resistance and that faceted surfaces leave, J.
     pub relief: Vec<f64>,
     pub pairs: Vec<PairState>,
+    /// What decides the peak pressures, with the solution changed by it: of a step at the end of the path.
+    pub influences: Vec<(Influence, Solution)>,
+}
+
+/// The peak pressure of a pair as a function of the contact forces, and the dual solution of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Influence {
+    pub pair: usize,
+    /// Its value, Pa.
+    pub value: f64,
+    /// The solution is changed by this many times the dual solution, m2.
+    pub scale: f64,
+    /// By how much it would change were the partners of coarse meshes able to follow: across the pair itself, and across the
+    /// others, Pa.
+    pub partners: [f64; 2],
 }

@@ -1,5 +1,5 @@
 //! What a study runs: every sensible combination of what is listed, at every level.
-use super::Request;
+use super::request::Request;
 use crate::{
     Error, Result,
     case::{self, Case, Driver, Geometry, StudyCase, Tolerance},
@@ -73,8 +73,6 @@ pub(super) struct Plan {
     pub runs: Vec<Run>,
     /// Elements of the bodies, by choice.
     pub elements: Vec<Elements>,
-    /// Combinations that do not exist.
-    pub left_out: usize,
 }
 
 /// The elements of a choice.
@@ -112,7 +110,7 @@ impl Plan {
         let study = case.study.clone();
         refuse(&case, &study)?;
         refuse_ranks(&study, request.oversubscribe)?;
-        let (choices, left_out) = choices(&case, &study)?;
+        let choices = choices(&case, &study)?;
         let (mut runs, mut all_elements) = (Vec::new(), Vec::new());
         for (choice, choice_of) in choices.iter().enumerate() {
             let coarsest = [&sets[..], &changes(&case, choice_of, 0)[..]].concat();
@@ -129,7 +127,7 @@ impl Plan {
             read(&finest.sets)?;
         }
         runs.sort_by_key(|run| (run.level, run.choice));
-        Ok(Plan { case, choices, runs, elements: all_elements, left_out })
+        Ok(Plan { case, choices, runs, elements: all_elements })
     }
 
     /// Names of the choices: what tells them apart.
@@ -205,8 +203,8 @@ pub(super) fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-fn choices(case: &Case, study: &StudyCase) -> Result<(Vec<Choice>, usize)> {
-    let (mut choices, mut left_out) = (Vec::new(), 0);
+fn choices(case: &Case, study: &StudyCase) -> Result<Vec<Choice>> {
+    let mut choices = Vec::new();
     let all = Choice {
         element: None,
         driver: None,
@@ -227,13 +225,10 @@ fn choices(case: &Case, study: &StudyCase) -> Result<(Vec<Choice>, usize)> {
     vary(&mut all, &some(&study.solvers), |choice, solver| choice.solver = solver);
     vary(&mut all, &study.ranks, |choice, ranks| choice.ranks = ranks);
     for mut choice in all {
-        let relaxed = is_relaxed(case, &choice);
-        if !relaxed {
+        if !is_relaxed(case, &choice) {
             choice.weights = None;
         }
-        if relaxed && choice.transfer.as_deref() == Some("mortar") {
-            left_out += 1;
-        } else if !choices.contains(&choice) {
+        if !choices.contains(&choice) {
             choices.push(choice);
         }
     }
@@ -242,12 +237,7 @@ fn choices(case: &Case, study: &StudyCase) -> Result<(Vec<Choice>, usize)> {
             "study.weights: weights belong to the driver \"relaxed\", which no run has",
         ));
     }
-    if choices.is_empty() {
-        return Err(Error::input(
-            "study: nothing is left to run: the driver \"relaxed\" has no transfer \"mortar\"",
-        ));
-    }
-    Ok((choices, left_out))
+    Ok(choices)
 }
 
 /// The values, or none of them.

@@ -33,12 +33,6 @@ impl Progress {
             plural(repeat, "repetition"),
             largest.round()
         );
-        if plan.left_out > 0 {
-            eprintln!(
-                "{} left out: the driver \"relaxed\" has no transfer \"mortar\"",
-                plural(plan.left_out, "choice")
-            );
-        }
         let done = all - guesses.len();
         match (guesses.len(), done) {
             (0, _) => eprintln!("all of them are done already"),

@@ -1,7 +1,7 @@
 //! A run of the study: a process of its own, so that what it costs is its own and nothing it does stops the study.
 use super::{
-    Request,
     plan::{Run, cores},
+    request::Request,
 };
 use crate::{Error, Result, output::SUMMARY, parallel::bind_to_parent};
 use serde::{Deserialize, Serialize};

@@ -9,6 +9,7 @@ mod curved;
 mod heat;
 mod hertz;
 mod rectangles;
+mod relaxed;
 mod responses;
 mod rigid;
 mod rings;

@@ -151,7 +151,8 @@ fn a_step_alone_ends_the_same() {
 /// A warm start costs less than a cold one.
 #[test]
 fn a_step_starts_from_the_last_one() {
-    let (summary, _) = solve_all(&blocks(&steps(&[1.0, 1.0])), 2, &[]);
+    let solver = ["--set", "body.upper.response=solver"];
+    let (summary, _) = solve_all(&blocks(&steps(&[1.0, 1.0])), 2, &solver);
     let [first, second] = [0, 1].map(|i| value(&summary, &format!("steps.{i}.alternations")));
     assert!(second <= 2.0 && second < first, "{first} {second}");
 }

@@ -124,7 +124,7 @@ fn a_wrong_unit_and_a_large_rotation_are_said() {
     let warnings = texts(&summary, "warnings");
     let strains = warnings.iter().find(|line| line.contains("strains go up to"));
     let strains = strains.unwrap_or_else(|| panic!("{warnings:?}"));
-    assert!(strains.contains("0.0400 x 0.0200") && strains.contains("0.0600 x 0.0200"), "{strains}");
+    assert!(strains.contains("0.04 x 0.02") && strains.contains("0.06 x 0.02"), "{strains}");
     assert!(!warnings.iter().any(|line| line.contains("updated")), "{warnings:?}");
     let (_, right) = run(&blocks("2.1e11"), 1, &[]);
     assert_eq!(texts(&right, "warnings"), Vec::<&str>::new());

@@ -89,7 +89,7 @@ pub(super) const STUDY: Table = Table {
     heading: "`[study]`",
     about: "What `kontakt study` varies: every combination of what is listed here is run, at every level. Flags of \
 the same names go before (`--levels 0..4 --elements quad4,quad8`). A list that is absent leaves the case as it is. \
-Combinations that do not exist (weights without the relaxed driver, mortar with it) are left out.",
+Weights go with the relaxed driver only.",
     keys: &[
         key(
             "levels",

@@ -1,4 +1,5 @@
 //! The same case turned, moved, with its sides exchanged, or in other units: what comes out must not depend on it.
+mod box3;
 mod scale;
 mod shift;
 mod turn;
@@ -8,8 +9,6 @@ use crate::error::Result;
 use scale::{Scale, scale_all};
 use shift::Shift;
 use turn::Turn;
-
-type Box3 = [[f64; 3]; 2];
 
 impl Case {
     /// The case turned as a whole by `angle` (radians, counter-clockwise) about the origin: geometry,

@@ -1,5 +1,5 @@
 //! A case in other units.
-use super::Box3;
+use super::box3::Box3;
 use crate::case::{
     BodyCase, Geometry, Grading, LoadKind, Property, Region, RigidCase, RigidShape, Scalar, Shape,
     Temperature,

@@ -1,5 +1,5 @@
 //! A case moved as a whole.
-use super::Box3;
+use super::box3::Box3;
 use crate::{
     case::{BodyCase, Geometry, LoadKind, Region, RigidCase, RigidShape, Scalar, Temperature},
     error::Result,

@@ -6,7 +6,9 @@
 //!
 //! gap_j = int psi_j (g - n . (u - sum_k N_k u_k)) dA / D_j,  n the normal field of the multiplier side.
 //!
-//! g is the distance between the curves that the facets stand for (`camber.rs`), not between the facets.
+//! g is the distance between the curves that the facets stand for (`camber.rs`), not between the facets. Opposite straight
+//! facets move by linear displacements, which follow it from end to end of their common part but not in between: there it is
+//! interpolated, or the dual functions, which are negative in places, would make an overlap of curves that only touch.
 //!
 //! Against a rigid surface with normal m it is m / (m . n) in place of n: both bodies touch along its shape.
 //!
@@ -19,21 +21,21 @@ mod side;
 #[cfg(test)]
 mod tests;
 
-pub use side::multiplier_side;
+pub use side::{coarser_side, multiplier_side};
 
 use super::Gap;
 use super::{
     Row, Surface,
-    camber::clearance,
+    curve::clearance,
     normals,
-    rows::ROUND_OFF,
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
 };
+use crate::tolerances::COORDINATES;
 use crate::vector::larger;
 use dual::{Dual, Part};
 use nalgebra::{DMatrix, DVector};
-use segments::{Edge, SLIVER, Segments};
+use segments::{Edge, Segments};
 use std::collections::BTreeMap;
 
 /// A node carries a multiplier if at least this share of its B has a partner on one of its edges: what holds for
@@ -68,12 +70,12 @@ pub fn rows(
     search_distance: f64,
 ) -> Vec<Row> {
     let found = transfer(multiplier, mortar, gap, thickness, search_distance, &|_| false);
-    found.rows.into_iter().filter(|row| row.gap <= search_distance * (1.0 + ROUND_OFF)).collect()
+    found.rows.into_iter().filter(|row| row.gap <= search_distance * (1.0 + COORDINATES)).collect()
 }
 
 /// What the mortar transfer of a pair consists of.
 #[derive(Debug, Clone, Default)]
-pub struct Transfer {
+pub struct Transferred {
     /// All rows, in the order of the multiplier side's nodes.
     pub rows: Vec<Row>,
     /// Of each facet of the multiplier side: from where to where on it, xi in [-1, 1], the mortar side lies opposite.
@@ -90,7 +92,7 @@ pub fn transfer(
     thickness: f64,
     search_distance: f64,
     taken: &dyn Fn(u32) -> bool,
-) -> Transfer {
+) -> Transferred {
     let limit = match gap {
         Gap::Value(_) => f64::INFINITY,
         Gap::Geometry { offset } => MARGIN * search_distance - offset,
@@ -107,7 +109,7 @@ pub fn transfer(
         edge.add_to(&mut sums, &dual);
     }
     let rows = sums.into_iter().filter_map(|(node, sum)| sum.into_row(node, gap, thickness)).collect();
-    Transfer { rows, cover }
+    Transferred { rows, cover }
 }
 
 /// The part of an edge that has a partner, with the integrals over it.
@@ -137,7 +139,7 @@ impl<'a> Overlap<'a> {
         let found = segments.of(&edge);
         let total: f64 = found.iter().map(|s| s.span[1] - s.span[0]).sum();
         let (first, last) = (found.first()?, found.last()?);
-        if total <= 2.0 * SLIVER {
+        if total <= 2.0 * COORDINATES {
             return None;
         }
         let span = [first.span[0], last.span[1]];
@@ -154,23 +156,34 @@ impl<'a> Overlap<'a> {
             let columns: Vec<usize> =
                 nodes.iter().filter_map(|node| opposite.binary_search(node).ok()).collect();
             let half = 0.5 * (segment.span[1] - segment.span[0]);
+            let facing = [surface, mortar];
+            // Normal field, place on the mortar facet, and distance between the curves.
+            let meet = |xi: f64| {
+                let (field, x) = (edge.normal(xi), edge.point(xi));
+                let (eta, distance) = segments.opposite(segment.facet, &x, &field)?;
+                let distance = clearance(facing, [f, segment.facet], [xi, eta], [&x, &field], distance);
+                Some((field, eta, distance))
+            };
+            let is_curved = surface.cambers[f].is_some() || mortar.cambers[segment.facet].is_some();
+            let straight = (is_curved && n == 2 && nodes.len() == 2)
+                .then(|| segment.span.map(|xi| meet(xi).map(|(.., distance)| distance)));
             for (at, weight) in GAUSS6 {
                 let xi = segment.span[0] + half * (1.0 + at);
-                let field = edge.normal(xi);
-                let hit = segments.opposite(segment.facet, &edge.point(xi), &field);
-                let Some((eta, distance)) = hit else { continue };
+                let Some((field, eta, distance)) = meet(xi) else { continue };
+                let distance = match straight {
+                    Some([Some(a), Some(b)]) => 0.5 * ((1.0 - at) * a + (1.0 + at) * b),
+                    _ => distance,
+                };
                 let normal = match mortar.rigid {
                     true => along_rigid(&field, &unit(&mortar.area_vector(segment.facet, eta))),
                     false => field,
                 };
-                let (at_point, along) = ([&edge.point(xi), &field], [xi, eta]);
-                let distance = clearance([surface, mortar], [f, segment.facet], along, at_point, distance);
                 let area = weight * half * edge.stretch(xi);
                 let b = part.basis(xi);
                 part.add(&b, area);
                 gap.axpy(area * distance, &b, 1.0);
                 let ((shape, _), (own_shape, _)) = (line_shape(nodes.len(), eta), line_shape(n, xi));
-                let (own_vectors, vectors) = match conforming([surface, mortar], [f, segment.facet]) {
+                let (own_vectors, vectors) = match conforming(facing, [f, segment.facet]) {
                     true => {
                         let opposite = normals::along(mortar, segment.facet).map(|n| n.map(|c| -c));
                         (
@@ -197,7 +210,7 @@ impl<'a> Overlap<'a> {
             whole.iter_mut().zip(b).for_each(|(sum, b)| *sum += weight * edge.stretch(xi) * b);
         }
         let shares = part.areas().iter().zip(whole).map(|(area, whole)| area / whole).collect();
-        let reaches = [span[0] <= -1.0 + 2.0 * SLIVER, span[1] >= 1.0 - 2.0 * SLIVER];
+        let reaches = [span[0] <= -1.0 + 2.0 * COORDINATES, span[1] >= 1.0 - 2.0 * COORDINATES];
         Some(Overlap { edge, part, opposite, own, mixed, gap, mean, shares, reaches })
     }
 

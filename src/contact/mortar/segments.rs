@@ -5,11 +5,9 @@ use super::super::{
     surface::line_shape,
     vector::{combine, dot, norm, sub, unit},
 };
+use crate::tolerances::COORDINATES;
 
-/// Parts of an edge shorter than this, relative to the edge, do not count.
-pub(super) const SLIVER: f64 = 1e-9;
-
-/// How far beyond a facet's ends a line may meet it: the ends of segments are rounded to within [`SLIVER`].
+/// How far beyond a facet's ends a line may meet it: the ends of segments are rounded to within [`COORDINATES`].
 const BEYOND: f64 = 1e-6;
 
 /// A part of an edge and the facet opposite to it.
@@ -144,7 +142,7 @@ impl<'a> Segments<'a> {
         breaks.sort_by(f64::total_cmp);
         let mut joints: Vec<f64> = Vec::with_capacity(breaks.len());
         for at in breaks {
-            if joints.last().is_none_or(|last| at - last > 2.0 * SLIVER) {
+            if joints.last().is_none_or(|last| at - last > 2.0 * COORDINATES) {
                 joints.push(at);
             }
         }

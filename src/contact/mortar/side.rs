@@ -5,6 +5,9 @@ use super::segments::{Edge, Segments};
 /// Relative differences below this do not count.
 const EQUAL: f64 = 1e-6;
 
+/// Facets that differ by less are alike: one more on a surface of twenty; deformation does not change so much.
+const ALIKE: f64 = 0.05;
+
 /// A body this much stiffer is nearly rigid to the other, and like a rigid one carries no multipliers: pressures that
 /// only it could resist are hardly determined, and take many alternations.
 const RIGID: f64 = 10.0;
@@ -18,8 +21,18 @@ pub fn multiplier_side(surfaces: [&Surface; 2], moduli: [f64; 2]) -> usize {
     if moduli[0].max(moduli[1]) > RIGID * moduli[0].min(moduli[1]) {
         return usize::from(moduli[1] < moduli[0]);
     }
-    let sizes = [facing_size(surfaces[0], surfaces[1]), facing_size(surfaces[1], surfaces[0])];
-    smaller(sizes).or_else(|| smaller(moduli)).unwrap_or(0)
+    smaller(facing_sizes(surfaces)).or_else(|| smaller(moduli)).unwrap_or(0)
+}
+
+/// The side with the coarser facets where the surfaces face each other, whose multipliers the displacements of both sides can
+/// follow; `None` if they are about equally fine.
+pub fn coarser_side(surfaces: [&Surface; 2]) -> Option<usize> {
+    let [a, b] = facing_sizes(surfaces);
+    ((a - b).abs() > ALIKE * a.max(b)).then_some(usize::from(b > a))
+}
+
+fn facing_sizes([a, b]: [&Surface; 2]) -> [f64; 2] {
+    [facing_size(a, b), facing_size(b, a)]
 }
 
 /// Index of the smaller of two numbers; `None` if they are equal within the tolerance.

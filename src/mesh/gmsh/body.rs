@@ -12,14 +12,14 @@ type Sides = HashMap<(u32, u32), Vec<Facet>>;
 /// The mesh of the body named `group`, or of all cells.
 pub fn select(file: &str, raw: &Raw, group: Option<&str>, scale: f64) -> Result<Mesh> {
     let mut body =
-        Body { file, raw, scale, mesh: Mesh { dim: 2, ..Mesh::default() }, number: HashMap::new() };
+        Builder { file, raw, scale, mesh: Mesh { dim: 2, ..Mesh::default() }, number: HashMap::new() };
     body.cells(group)?;
     body.mesh.points.iter_mut().for_each(|p| p[2] = 0.0);
     body.surfaces()?;
     Ok(body.mesh)
 }
 
-struct Body<'a> {
+struct Builder<'a> {
     file: &'a str,
     raw: &'a Raw,
     scale: f64,
@@ -28,7 +28,7 @@ struct Body<'a> {
     number: HashMap<u64, u32>,
 }
 
-impl Body<'_> {
+impl Builder<'_> {
     fn error(&self, message: impl std::fmt::Display) -> Error {
         Error::input(format!("{}: {message}", self.file))
     }

@@ -73,8 +73,13 @@ pub fn invariants(summary: &Value, round_off: f64) -> Vec<Ratio> {
     for pair in items(summary, "pairs") {
         let length = pair["contact_length"].as_f64().filter(|length| *length > 0.0).unwrap_or(travel);
         let penetration = pair["max_penetration"].as_f64().unwrap_or(f64::NAN);
-        // The smaller of 1e-8 of the contact length and 1e-6 of the displacements.
-        ratios.push(Ratio::new("penetration", penetration, (1e-8 * length).min(1e-6 * travel)));
+        // The smaller of 1e-8 of the contact length and 1e-6 of the displacements, but not below their round-off.
+        let of_travel = if travel > 0.0 { 1e-6 * travel } else { f64::INFINITY };
+        ratios.push(Ratio::new(
+            "penetration",
+            penetration,
+            (1e-8 * length).min(of_travel).max(1e-14 * travel),
+        ));
     }
     ratios
 }

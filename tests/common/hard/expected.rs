@@ -27,8 +27,8 @@ pub struct Run {
     /// Texts that the refusal must contain.
     #[serde(default)]
     pub message: Vec<String>,
-    /// Why the numbers of the run with `geometry = "updated"` differ; it then has to end as stated, no more.
-    pub updated: Option<String>,
+    /// What is other with `geometry = "updated"`.
+    pub updated: Option<Updated>,
     /// Most alternations allowed in a load step, on every number of ranks.
     #[serde(default = "alternations")]
     pub alternations_max: u64,
@@ -74,6 +74,19 @@ pub struct Run {
     /// Other runs that must agree.
     #[serde(default)]
     pub same: Vec<Same>,
+}
+
+/// How the run with `geometry = "updated"` differs; its numbers are then not looked at.
+#[derive(Deserialize, Clone)]
+#[serde(deny_unknown_fields)]
+pub struct Updated {
+    /// Why.
+    #[allow(dead_code)]
+    pub because: String,
+    /// In place of the run's.
+    pub outcome: Option<String>,
+    /// Exit code of a refusal.
+    pub exit: Option<i32>,
 }
 
 /// A number of the summary.

@@ -168,19 +168,22 @@ impl Chain {
         Chain(pieces)
     }
 
-    /// Distance of a point in front of the chain (negative: inside), where its foot is within a piece.
+    /// Distance of a point in front of the nearest piece (negative: inside), where its foot is within it.
     fn distance(&self, p: [f64; 2]) -> Option<f64> {
-        let mut nearest: Option<f64> = None;
+        let mut nearest: Option<(f64, Option<f64>)> = None;
         for [a, b] in &self.0 {
             let (t, d) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
             let length = t[0].hypot(t[1]);
             let along = (t[0] * d[0] + t[1] * d[1]) / length;
             let across = (t[1] * d[0] - t[0] * d[1]) / length;
-            if (0.0..=length).contains(&along) && nearest.is_none_or(|n| across.abs() < n.abs()) {
-                nearest = Some(across);
+            let within = (0.0..=length).contains(&along);
+            let past = along - along.clamp(0.0, length);
+            let away = across.hypot(past);
+            if nearest.is_none_or(|(n, _)| away < n) {
+                nearest = Some((away, within.then_some(across)));
             }
         }
-        nearest
+        nearest?.1
     }
 
     /// Largest distance between an arc through the nodes and its pieces: an eighth of piece times turn.

@@ -1,28 +1,27 @@
-//! A load step by the active-set driver: from the bodies' answers on the contact rows to forces, gaps and verdict.
+//! A load step: from the bodies' answers on the contact rows to forces, gaps and verdict.
 use super::{
     contacts::Contacts,
-    engine::{Advanced, prefixed, share_reason},
     found::Found,
     neutral::{self, Neutral},
+    place::{Damping, Place},
     rows::rigid_motion,
     state::{BodyState, PairState, State},
-    task::{Modes, Scene, Solution, Target, Task},
+    task::{Influence, Modes, Scene, Solution, Target, Task},
     text::gather_lines,
 };
-use crate::vector::larger;
+use crate::vector::{in_figures, larger};
 use crate::{
     body::{Body, Response, ResponseKind},
-    case::{BodyRef, Case, ContactGeometry, ResponseCase, Tolerance},
-    contact::{
-        Gap, Row, Surface, deepest_node,
-        vector::{combine, dot},
-    },
+    case::{BodyRef, Case, ContactGeometry, Driver, ResponseCase, Tolerance},
+    contact::{Gap, Row, Surface, deepest_node, vector::dot},
     error::{Error, Result},
     parallel::{self, Exchange, agree},
     petsc::Stage,
     record::{HistoryRow, Reason},
-    scene::Plan,
+    scene::{ContactSide, Plan},
+    schwarz::{Coarse, Coupling, PairRows},
 };
+use mpi::{topology::SimpleCommunicator, traits::*};
 use nalgebra::{DMatrix, DVector};
 use std::{collections::HashMap, time::Instant};
 
@@ -33,15 +32,20 @@ const GEOMETRY_UPDATES: usize = 30;
 /// positions, whatever the tolerance.
 const SETTLED: f64 = 1e-10;
 
+/// Stretch or turn of surfaces, relative to their length, from which on there is nothing to follow: small strains take a facet
+/// turned by 45 degrees for one 1.4 times as long.
+const FOLLOWED: f64 = 1.0;
+
 /// An automatic tolerance is a tenth of the discretisation error; of few meshes it comes below this.
 const SELDOM_BELOW: f64 = 1e-8;
 
 /// Turning of a surface in contact, rad, from which a user is told that the initial geometry does not hold.
 const TURNED: f64 = 0.05;
 
-/// The bodies of this rank's group, and the contact rows as its first rank holds them.
-pub(crate) struct Active {
-    pub bodies: Vec<Body>,
+/// The bodies of this rank's group with their factorisations, and the contact rows as its first rank holds them. What it
+/// keeps between steps can be made again from a state: operators, and the contact rows of the last geometry.
+pub(crate) struct Engine {
+    bodies: Vec<Body>,
     responses: Vec<Response>,
     contacts: Option<Contacts>,
     modes: Modes,
@@ -50,6 +54,16 @@ pub(crate) struct Active {
     /// The geometry that the rows are of; `None`: not known.
     rows_at: Option<Place>,
     pub clock: Clock,
+}
+
+/// What a step makes: the next state, if `found.reason` is a solution, what was found on the way, and the contact
+/// nodal forces at the owned nodes of each body, N.
+pub(crate) struct Advanced {
+    pub state: State,
+    pub found: Found,
+    pub contact: Vec<Vec<f64>>,
+    /// What decides the peak pressures of the pairs; none where the driver does not tell.
+    pub influences: Vec<(Influence, Nodal)>,
 }
 
 /// Seconds that this rank has spent, waiting for others included.
@@ -67,17 +81,9 @@ pub(crate) struct Clock {
 
 /// What a step leaves for each body: contact nodal forces and displacements at the owned nodes.
 #[derive(Default)]
-struct Nodal {
-    contact: Vec<Vec<f64>>,
-    displacement: Vec<Vec<f64>>,
-}
-
-/// Where the surfaces are: displacements of the interface nodes by body, on the first ranks, and the factor on the motion
-/// of rigid bodies.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Place {
-    pub displacement: Vec<Vec<[f64; 3]>>,
-    pub supports: f64,
+pub(crate) struct Nodal {
+    pub contact: Vec<Vec<f64>>,
+    pub displacement: Vec<Vec<f64>>,
 }
 
 /// How soft a mode has to be to join the coarse space: in a chain of bodies, where it carries over what happens at one
@@ -105,10 +111,11 @@ fn number_modes(plan: &Plan, bodies: &[Body]) -> Modes {
     Modes { total: before(all.len()), first: groups.bodies().iter().map(|&b| before(b)).collect(), counts }
 }
 
-impl Active {
+impl Engine {
     /// Meshes are there; finds the rows, assembles and factorises. Collective.
-    pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Active> {
+    pub fn new(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Engine> {
         let groups = &plan.groups;
+        let is_relaxed = matches!(case.alternation.driver, Driver::Relaxed(_));
         let (start, stage) = (Instant::now(), Stage::Search.enter());
         let contacts =
             if groups.is_root() { Contacts::new(case, plan, exchange).map(Some) } else { Ok(None) };
@@ -125,6 +132,8 @@ impl Active {
             parallel::broadcast(&groups.group, 0, &mut nodes);
             let nodes: Vec<u32> = nodes.into_iter().map(|n| n as u32).collect();
             let kind = match case.bodies[b].response {
+                // It asks for displacements at the active rows alone, and for exact answers.
+                _ if is_relaxed => ResponseKind::Condensed,
                 ResponseCase::Automatic => ResponseKind::Automatic,
                 ResponseCase::Condensed => ResponseKind::Condensed,
                 ResponseCase::Solver => ResponseKind::Solver,
@@ -141,7 +150,9 @@ impl Active {
                 Tolerance::Fixed(tolerance) => tolerance,
                 Tolerance::Automatic => SELDOM_BELOW,
             });
-            body.split_soft_modes(softness(case, groups.bodies()[i]));
+            if !is_relaxed {
+                body.split_soft_modes(softness(case, groups.bodies()[i]));
+            }
             let mut body = body.factorise(&groups.group)?;
             let rows =
                 contacts.as_mut().map_or_else(Vec::new, |c| std::mem::take(&mut c.shares.body_rows[i]));
@@ -156,12 +167,12 @@ impl Active {
             true => neutral::find(case, plan, &bodies),
             false => Vec::new(),
         };
-        let mut active = Active { bodies, responses, contacts, modes, neutral, rows_at: None, clock };
-        active.rows_at = Some(active.place_of(plan, &State::start())?);
-        Ok(active)
+        let mut engine = Engine { bodies, responses, contacts, modes, neutral, rows_at: None, clock };
+        engine.rows_at = Some(engine.place_of(plan, &State::start())?);
+        Ok(engine)
     }
 
-    /// A load step from the state `from`, which is not changed. Collective.
+    /// The state at the end of a load step that begins in `from`, which is not changed. Collective.
     pub fn advance(
         &mut self,
         scene: &Scene,
@@ -169,6 +180,7 @@ impl Active {
         target: Target,
         mut progress: impl FnMut(&HistoryRow),
     ) -> Result<Advanced> {
+        let _stage = Stage::Alternate.enter();
         let Scene { case, plan, .. } = *scene;
         let start = Instant::now();
         self.load(plan, target)?;
@@ -177,20 +189,20 @@ impl Active {
         let mut warm = from.pairs.clone();
         let mut found = Found::none();
         let mut end = Nodal::default();
+        let mut decisive = Vec::new();
         let mut damping = Damping::default();
         for update in 0..=GEOMETRY_UPDATES {
             if updated {
                 self.follow(scene, &place)?;
             }
-            let history = std::mem::take(&mut found.history);
-            let counts = (found.updates, found.force_steps, found.displacement_steps);
             let (driven, solution) = self.drive(scene, target, &warm, &mut progress)?;
-            found = driven;
-            found.prepend(history, counts);
+            let before = std::mem::replace(&mut found, driven);
+            found.prepend(before);
             let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());
             end = self.recover(plan, &solution)?;
             self.clock.recover += recovering.elapsed().as_secs_f64();
             warm = solution.pairs;
+            decisive = solution.influences;
             if !updated || !found.reason.converged() {
                 break;
             }
@@ -198,6 +210,17 @@ impl Active {
                 displacement: self.at_interfaces(plan, &end.displacement),
                 supports: target.factors.supports,
             };
+            let stretch = self.contacts.as_ref().map_or(0.0, |contacts| contacts.stretch(scene, &now));
+            let stretch = parallel::max(&plan.groups.world, &[stretch])[0];
+            if stretch > FOLLOWED {
+                found.reason = Reason::ChecksFailed;
+                found.diagnosis.push(format!(
+                    "surfaces that are followed stretch or turn by up to {} times their length, which no small strain is: look at the \
+                     units of moduli, loads and lengths",
+                    in_figures(stretch)
+                ));
+                break;
+            }
             let moved = now.distance(&place, plan);
             place = damping.next(place, now, plan);
             if moved <= larger(found.tolerance, SETTLED) {
@@ -211,13 +234,36 @@ impl Active {
                 ));
             }
         }
+        let influences = decisive
+            .into_iter()
+            .map(|(influence, solution)| Ok((influence, self.recover(plan, &solution)?)))
+            .collect::<Result<Vec<_>>>()?;
         self.look_beyond(scene, target, &end, &mut found);
         found.turned = gather_lines(&plan.groups.world, &found.turned);
         found.warnings = gather_lines(&plan.groups.world, &found.warnings);
         found.refuse_penetration(&plan.groups.world);
         self.clock.step += start.elapsed().as_secs_f64();
         let state = self.state(plan, target, end.displacement, warm);
-        Ok(Advanced { state, found, contact: end.contact })
+        Ok(Advanced { state, found, contact: end.contact, influences })
+    }
+
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The bodies joined on the contact rows that they begin with, for drivers to be tried on; `None` on ranks that are not
+    /// the first of their group. Collective on the roots.
+    pub fn on_rows<T>(
+        &mut self,
+        exchange: &Exchange,
+        look: impl FnOnce(&mut Coupling<Response>, &[PairRows], &Coarse) -> T,
+    ) -> Option<T> {
+        let rows = &self.contacts.as_ref()?.shares.rows;
+        let ends = &self.contacts.as_ref()?.shares.ends;
+        let scaling = rows.iter().flat_map(|r| std::iter::repeat_n(r.stiffness, r.gap.len())).collect();
+        let mut coupling = Coupling::new(&mut self.responses, ends, exchange);
+        let coarse = Coarse::new(&coupling, self.modes.total, &self.modes.first, scaling);
+        Some(look(&mut coupling, rows, &coarse))
     }
 
     /// Sets what acts. Collective.
@@ -289,7 +335,7 @@ impl Active {
     fn look_beyond(&self, scene: &Scene, target: Target, end: &Nodal, found: &mut Found) {
         let (Scene { case, plan, exchange }, factors) = (*scene, target.factors);
         let mut moved = Vec::new();
-        for (surface, &(_, _, body)) in std::iter::zip(&plan.surfaces, &plan.ends) {
+        for (surface, &ContactSide { body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
             let place = plan.place(body);
             let u = self.bodies[place].at_nodes(&plan.groups.group, &end.displacement[place], &surface.nodes);
             moved.push(u);
@@ -375,7 +421,8 @@ impl Active {
             }
         };
         parallel::idle_barrier(world);
-        let (mut found, solution) = agree(world, outcome)?;
+        let (mut found, mut solution) = agree(world, outcome)?;
+        share_influences(world, &mut solution.influences);
         share_reason(world, &mut found.reason);
         found.tolerance = parallel::from_first(world, found.tolerance);
         found.free_modes = gather_lines(world, &found.free_modes);
@@ -475,78 +522,18 @@ impl Active {
     }
 }
 
-/// Damping of the geometry's updates: none as long as each update moves the surfaces by less than half of the one before;
-/// else Aitken's factor (Irons and Tuck, Int. J. Numer. Meth. Eng. 1 (1969) 275), w' = -w r.(r' - r) / |r' - r|^2 of two
-/// motions r, r' to come.
-struct Damping {
-    factor: f64,
-    last: Option<(Place, f64)>,
-}
-
-/// Least and largest damping factor: none is an update, and a larger one would not be damping.
-const DAMPED: [f64; 2] = [0.05, 1.0];
-
-impl Default for Damping {
-    fn default() -> Self {
-        Damping { factor: 1.0, last: None }
-    }
-}
-
-impl Damping {
-    /// The geometry to go on with: a share of the way from `place`, where the rows are, to `now`, where the bodies are.
-    /// Collective.
-    fn next(&mut self, place: Place, now: Place, plan: &Plan) -> Place {
-        let motion = now.combined(1.0, &place, -1.0);
-        let size = parallel::sum(&plan.groups.world, &[motion.dot(&motion)])[0];
-        if let Some((last, before)) = &self.last {
-            let change = motion.combined(1.0, last, -1.0);
-            let sums = [last.dot(&change), change.dot(&change)];
-            let sums = parallel::sum(&plan.groups.world, &sums);
-            if size > 0.25 * before || self.factor < 1.0 {
-                let factor = -self.factor * sums[0] / sums[1];
-                self.factor = if factor.is_finite() { factor.clamp(DAMPED[0], DAMPED[1]) } else { 1.0 };
-            }
-        }
-        let mut next = place.combined(1.0, &motion, self.factor);
-        if self.factor >= 1.0 {
-            next = now.clone();
-        }
-        next.supports = now.supports;
-        self.last = Some((motion, size));
-        next
-    }
-}
-
-impl Place {
-    /// a x + b y of the displacements.
-    fn combined(&self, a: f64, other: &Place, b: f64) -> Place {
-        let sum = |(x, y): (&Vec<[f64; 3]>, &Vec<[f64; 3]>)| {
-            std::iter::zip(x, y).map(|(x, y)| combine([(a, x), (b, y)])).collect()
-        };
-        let displacement = std::iter::zip(&self.displacement, &other.displacement).map(sum).collect();
-        Place { displacement, supports: self.supports }
-    }
-
-    /// x . y over this rank's nodes.
-    fn dot(&self, other: &Place) -> f64 {
-        let pairs =
-            std::iter::zip(&self.displacement, &other.displacement).flat_map(|(x, y)| std::iter::zip(x, y));
-        pairs.map(|(x, y)| dot(x, y)).sum()
-    }
-
-    /// Largest difference of the displacements from another place's, relative to the largest displacement. Collective.
-    fn distance(&self, other: &Place, plan: &Plan) -> f64 {
-        let size = |v: &[f64; 3]| dot(v, v).sqrt();
-        let mut largest = [0.0_f64; 2];
-        for (u, old) in std::iter::zip(self.displacement.as_slice(), &other.displacement)
-            .flat_map(|(now, old)| std::iter::zip(now, old))
-        {
-            largest[0] = larger(largest[0], size(&crate::contact::vector::sub(u, old)));
-            largest[1] = larger(largest[1], size(u));
-        }
-        let largest = parallel::max(&plan.groups.world, &largest);
-        if largest[1] > 0.0 { largest[0] / largest[1] } else { 0.0 }
-    }
+/// Rank 0's, known to all. Rank 0 is always a group's first rank. Collective.
+fn share_influences(world: &SimpleCommunicator, influences: &mut Vec<(Influence, Solution)>) {
+    let numbers =
+        |(i, _): &(Influence, Solution)| [i.pair as f64, i.value, i.scale, i.partners[0], i.partners[1]];
+    let mut all: Vec<f64> = influences.iter().flat_map(numbers).collect();
+    parallel::broadcast(world, 0, &mut all);
+    let known = all.as_chunks::<5>().0;
+    let missing = known.iter().skip(influences.len());
+    let missing = missing.map(|&[pair, value, scale, own, others]| {
+        (Influence { pair: pair as usize, value, scale, partners: [own, others] }, Solution::default())
+    });
+    influences.extend(missing.collect::<Vec<_>>());
 }
 
 /// Nothing is open while a node of either surface lies inside the other body, whatever the mean gaps say. Collective on the
@@ -556,7 +543,7 @@ fn nodes_inside(scene: &Scene, target: Target, moved: &[Vec<[f64; 3]>], found: &
     let deformed: Vec<Surface> = std::iter::zip(&plan.surfaces, moved).map(|(s, u)| s.moved(u)).collect();
     let surfaces = super::rows::both_surfaces(case, plan, exchange, &deformed);
     for end in &mut found.ends {
-        let at = plan.ends.iter().position(|e| (e.0, e.1) == (end.pair, end.side));
+        let at = plan.end(end.pair, end.side);
         let (Some(i), Gap::Geometry { offset }) = (at, &case.contacts[end.pair].gap) else { continue };
         let [own, other] = &surfaces[i];
         let depth = match super::rows::rigid_motion(case, end.pair, 1 - end.side) {
@@ -569,4 +556,25 @@ fn nodes_inside(scene: &Scene, target: Target, moved: &[Vec<[f64; 3]>], found: &
         };
         end.beyond = larger(end.beyond, depth);
     }
+}
+
+/// A body's own PETSc options under its prefix: `-ksp_type cg` becomes `-body_<name>_ksp_type cg`.
+fn prefixed(options: &str, name: &str) -> String {
+    options
+        .split_whitespace()
+        .map(|word| match word.strip_prefix('-') {
+            Some(option) if option.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                format!("-{}{option}", crate::body::options_prefix(name))
+            }
+            _ => word.to_owned(),
+        })
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Rank 0's verdict, known to all. Rank 0 is always a group's first rank. Collective.
+fn share_reason(world: &SimpleCommunicator, reason: &mut Reason) {
+    let mut code = Reason::ALL.iter().position(|r| r == reason).unwrap_or(0) as u64;
+    world.process_at_rank(0).broadcast_into(&mut code);
+    *reason = Reason::ALL[code as usize];
 }

@@ -1,0 +1,109 @@
+//! What acts on a body, set and worked out.
+use super::{Body, LoadFactors, assembly::Assembled, system::System};
+use crate::{
+    error::Result,
+    parallel::{self, agree},
+    petsc::Stage,
+};
+use mpi::topology::SimpleCommunicator;
+use std::{rc::Rc, time::Instant};
+
+impl Body {
+    /// Sets the factors on loads, prescribed displacements and temperature. True if they have changed: responses must
+    /// then be [reloaded](Body::reload). The stiffness is factorised again only if it varies with a temperature that
+    /// changes. Collective.
+    pub fn set_load(&mut self, factors: LoadFactors, group: &SimpleCommunicator) -> Result<bool> {
+        if factors == self.loads.factors {
+            return Ok(false);
+        }
+        let heated =
+            factors.temperature != self.loads.factors.temperature && self.given_temperature.is_some();
+        self.loads.factors = factors;
+        if heated {
+            let law = &self.model.law;
+            let scaled = |&t: &f64| law.scaled_temperature(t, factors.temperature);
+            self.temperature =
+                self.given_temperature.as_ref().map(|given| Rc::new(given.iter().map(scaled).collect()));
+            if !law.expands_linearly() {
+                self.reassemble(group)?;
+            }
+        }
+        self.combine_loads();
+        Ok(true)
+    }
+
+    /// At the current temperatures; factorises if the stiffness has changed. Collective.
+    fn reassemble(&mut self, group: &SimpleCommunicator) -> Result<()> {
+        let stage = Stage::Assemble.enter();
+        let start = Instant::now();
+        let temperature = self.temperature.as_ref().map(|t| &t[..]);
+        let Assembled { matrix, thermal, prescribed } =
+            self.model.parameters(temperature, &self.model.constraints).stiffness(group)?;
+        self.loads.thermal = thermal;
+        self.loads.prescribed = prescribed;
+        self.cost.add(|c| c.assemble += start.elapsed().as_secs_f64());
+        drop(stage);
+        if self.model.law.stiffness_varies() {
+            let condensed = self.system.is_condensed();
+            let setting = self.system.setting();
+            let built = System::new(
+                group,
+                matrix,
+                &self.interface,
+                setting,
+                condensed,
+                self.split.as_ref(),
+                &self.cost,
+            );
+            self.system = Rc::new(agree(group, built)?);
+        }
+        Ok(())
+    }
+
+    /// Right-hand side of the current factors. Not collective.
+    pub(super) fn combine_loads(&mut self) {
+        let factors = self.loads.factors;
+        let thermal = if self.model.law.expands_linearly() { factors.temperature } else { 1.0 };
+        let external = self.model.constraints.to_frames(&self.loads.external, self.part.dim);
+        let parts = external.iter().zip(&self.loads.thermal).zip(&self.loads.prescribed);
+        self.loads.current =
+            parts.map(|((e, t), p)| factors.loads * e + thermal * t + factors.supports * p).collect();
+        self.loads.condensed = None;
+    }
+
+    /// Work of the current loads on the free rigid modes, J: prescribed displacements and initial strains do none.
+    pub(super) fn mode_work(&self) -> Vec<f64> {
+        self.loads.mode_work.iter().map(|e| self.loads.factors.loads * e).collect()
+    }
+
+    /// The current right-hand side condensed to the interface, on the first rank; empty elsewhere. Collective.
+    pub(super) fn condensed_load(&mut self, group: &SimpleCommunicator) -> Result<Vec<f64>> {
+        if self.loads.condensed.is_none() {
+            self.loads.condensed = Some(self.system.condense(group, &self.loads.current)?);
+        }
+        Ok(self.loads.condensed.clone().unwrap_or_default())
+    }
+
+    /// Sum of the absolute works of the loads' nodal forces on each free rigid mode, J: what round-off is measured against.
+    pub(super) fn mode_scale(&self) -> Vec<f64> {
+        self.loads.mode_scale.iter().map(|e| self.loads.factors.loads.abs() * e).collect()
+    }
+
+    /// Work at factor 1 of the external forces on each mode, and the sum of the absolute works, J. Collective.
+    pub(super) fn work_on_modes(&self, group: &SimpleCommunicator) -> [Vec<f64>; 2] {
+        let (part, dim) = (&self.part, self.part.dim);
+        let n = self.free.modes.len();
+        let mut work = vec![0.0; 2 * n];
+        for (i, force) in self.loads.external.chunks_exact(dim).enumerate() {
+            for k in 0..n {
+                let mode = self.free.at(k, part.original[i], &part.points[i]);
+                for (f, m) in std::iter::zip(force, mode) {
+                    work[k] += f * m;
+                    work[n + k] += (f * m).abs();
+                }
+            }
+        }
+        let work = parallel::sum(group, &work);
+        [work[..n].to_vec(), work[n..].to_vec()]
+    }
+}
