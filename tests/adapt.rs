@@ -49,14 +49,14 @@ fn coarse() -> Vec<String> {
 
 #[test]
 fn hertz_to_half_a_percent_with_a_fifth_of_the_unknowns() {
-    let (code, found, text) = adapt(2, "hertz-line", &["--variant", "ungraded", "--adapt", "pressure=0.4%"]);
+    let (code, found, text) = adapt(2, "hertz-line", &["--variant", "ungraded", "--adapt", "pressure=0.5%"]);
     assert_eq!(code, Some(0), "{text}");
     assert_eq!(found["adapt_reached"], true);
     check_invariants(&found, "hertz-line ungraded");
     let adaptive = rounds(&found).last().expect("a round");
     let estimate = number(&adaptive["contact_pressure"]);
     let error = (value(&found, "pairs.contact.max_pressure") / EXACT - 1.0).abs();
-    assert!(estimate <= 4e-3 && error <= 4e-3, "estimate {estimate}, error {error}");
+    assert!(estimate <= 5e-3 && error <= 5e-3, "estimate {estimate}, error {error}");
     assert!((value(&found, "pairs.contact.normal_force") / 1e6 - 1.0).abs() < 5e-3);
     // The start was far off: a/h = 1.
     assert!(number(&rounds(&found)[0]["contact_pressure"]) > 0.05);
@@ -70,7 +70,7 @@ fn hertz_to_half_a_percent_with_a_fifth_of_the_unknowns() {
         adapt(2, "hertz-line", &["--variant", "ungraded", "--set", &upper, "--set", &lower]);
     assert_eq!(code, Some(0), "{text}");
     let error = (value(&uniform, "pairs.contact.max_pressure") / EXACT - 1.0).abs();
-    assert!(error > 4e-3, "{error}");
+    assert!(error > 5e-3, "{error}");
     let two = case::read(&case("hertz-line"), Some("ungraded"), &finer(2)).expect("the case reads");
     let needed: usize =
         two.bodies.iter().map(|b| 2 * build_mesh(&b.geometry).expect("a mesh").points.len()).sum();
