@@ -163,7 +163,7 @@ pub fn stack(draw: &mut Draw, mut frame: Frame) -> Scene {
     }
     // Mortar on lines of the same nodes is node to node where shape functions are linear.
     let linear = blocks.iter().all(|b| b.element == "tri3" || b.element == "quad4");
-    let dense = head.pointwise || matching && linear || rigid_floor && n == 1;
+    let dense = head.pointwise || (matching || rigid_floor && n == 1) && linear;
     Scene { family: "stack", text, expect, twins, dense }
 }
 
@@ -274,6 +274,8 @@ pub fn stops(draw: &mut Draw, frame: Frame) -> Scene {
     }
     text += &contact("low", ["block.bottom", "low.surface"], "");
     text += &contact("high", ["high.surface", "block.top"], "");
+    // Weighted gaps are those of the nodes where shape functions are linear.
+    let dense = matches!(element, "tri3" | "quad4");
     let factors: Vec<f64> =
         (0..draw.whole(2, 4)).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 } * draw.between(0.3, 1.0)).collect();
     let mut expect = Vec::new();
@@ -283,7 +285,7 @@ pub fn stops(draw: &mut Draw, frame: Frame) -> Scene {
         let relative = if head.tolerance == "\"auto\"" { 1e-3 } else { 1e-6 };
         expect.push(Expect::StepForce { step, pairs: ["low", "high"], value: force * factor, relative });
     }
-    Scene { family: "stops", text, expect, twins: vec![Twin::LastStep, Twin::Ranks], dense: true }
+    Scene { family: "stops", text, expect, twins: vec![Twin::LastStep, Twin::Ranks], dense }
 }
 
 /// A square block in a V of two rigid planes, held by its weight: each face carries the weight over the root of two.

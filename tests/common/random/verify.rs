@@ -186,17 +186,16 @@ impl Chain {
         nearest?.1
     }
 
-    /// Largest distance between an arc through the nodes and its pieces: an eighth of piece times turn.
+    /// Largest distance between an arc through the nodes and its pieces: an eighth of piece times turn. Facets come in any order.
     fn sagitta(&self) -> f64 {
         let mut largest = 0.0;
-        for w in self.0.windows(2) {
-            let [p, q] = [0, 1].map(|i| [w[i][1][0] - w[i][0][0], w[i][1][1] - w[i][0][1]]);
-            if (w[0][1][0] - w[1][0][0]).hypot(w[0][1][1] - w[1][0][1]) > 0.0 {
-                continue;
+        for v in &self.0 {
+            for w in self.0.iter().filter(|w| (v[1][0] - w[0][0]).hypot(v[1][1] - w[0][1]) == 0.0) {
+                let [p, q] = [v, w].map(|w| [0, 1].map(|i| w[1][i] - w[0][i]));
+                let turn = (p[0] * q[1] - p[1] * q[0]).atan2(p[0] * q[0] + p[1] * q[1]).abs();
+                let s = 0.25 * turn * p[0].hypot(p[1]).max(q[0].hypot(q[1]));
+                largest = if s > largest { s } else { largest };
             }
-            let turn = (p[0] * q[1] - p[1] * q[0]).atan2(p[0] * q[0] + p[1] * q[1]).abs();
-            let s = 0.25 * turn * p[0].hypot(p[1]).max(q[0].hypot(q[1]));
-            largest = if s > largest { s } else { largest };
         }
         largest
     }
