@@ -11,7 +11,7 @@
 //!
 //! Peak: what the errors change of it is their scalar product in energy with the errors of the dual solution (Becker and
 //! Rannacher, Acta Numerica 10 (2001) 1; Ainsworth and Oden, A Posteriori Error Estimation, Wiley 2000, chapter 8), and what no
-//! stress of a coarse mesh shows is found on the surface alone ([`coarse`]).
+//! stress of a coarse mesh shows is found on the surface alone (`coarse.rs`).
 pub(crate) mod coarse;
 mod energy;
 mod patch;
