@@ -223,7 +223,9 @@ impl Engine {
             }
             let moved = now.distance(&place, plan);
             place = damping.next(place, now, plan);
-            if moved <= larger(found.tolerance, SETTLED) {
+            // No further than round-off let the forces come.
+            let accuracy = parallel::from_first(&plan.groups.world, found.round_off.unwrap_or(0.0));
+            if moved <= larger(larger(found.tolerance, SETTLED), accuracy) {
                 break;
             }
             if update == GEOMETRY_UPDATES {
