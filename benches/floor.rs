@@ -314,8 +314,7 @@ fn page(results: &Results) -> String {
          the faster of two\n\
          orderings: AMD, which MUMPS always takes with a Schur complement, and PORD, its own choice without one, whose analysis \
          is slow.\n\
-         Contact: everything a contact solve does but meshing, assembly, stresses and output, the dual solution that the error estimate works\n\
-         with included (alternation); both bodies condensed.\n\n\
+         Contact: everything a contact solve does but meshing, assembly, stresses, error estimate and output; both bodies condensed.\n\n\
          | dofs | ranks | linear s: AMD | PORD | contact s | ratio | relaxed driver s | alternations | error of force | error of peak pressure |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
     );

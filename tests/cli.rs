@@ -2,6 +2,7 @@
 mod common;
 
 use common::{mpirun, run, summary};
+use kontakt::vector::larger;
 use std::path::{Path, PathBuf};
 
 fn case(name: &str) -> PathBuf {
@@ -478,7 +479,7 @@ fn steps_on_two_ranks_are_those_on_one() {
         states(&Results::read(&out.join(RESULT)).unwrap())
     });
     for (one, two) in std::iter::zip(&one, &two) {
-        let scale = one.iter().map(|v| v.abs()).fold(0.0, f64::max);
+        let scale = one.iter().map(|v| v.abs()).fold(0.0, larger);
         assert!(one.len() == two.len() && scale > 0.0);
         // A rank has a body each: the points are in the same order.
         assert!(std::iter::zip(one, two).all(|(a, b)| (a - b).abs() <= 1e-9 * scale));

@@ -13,10 +13,7 @@ use crate::tolerances::COORDINATES;
 pub fn deepest_node(own: &Surface, other: &Surface, offset: f64) -> f64 {
     let search = Search::new(other);
     let depth = |(x, normal): (&[f64; 3], &[f64; 3])| -> Option<f64> {
-        let hit = search.closest(x, normal)?;
-        if hit.overshoot > hit.slack {
-            return None;
-        }
+        let hit = search.intersection(x, normal)?;
         let eta = hit.shape[1] - hit.shape[0];
         let of_curve = other.distance_to_curve(hit.facet, x, normal, eta);
         let gap = of_curve.unwrap_or_else(|| dot(normal, &sub(&hit.point, x))) + offset;
@@ -29,7 +26,7 @@ pub fn deepest_node(own: &Surface, other: &Surface, offset: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::testing::{circle, equal};
+    use crate::contact::testing::{circle, equal, placed};
 
     #[test]
     fn a_spike_between_the_nodes_is_seen_from_its_own_side() {
@@ -39,6 +36,20 @@ mod tests {
         let flat = Surface::rigid_polyline(&points);
         assert!((deepest_node(&spike, &flat, 0.0) - 0.1).abs() < 1e-12);
         assert_eq!(deepest_node(&spike, &flat, 0.11), 0.0);
+    }
+
+    #[test]
+    fn discs_that_touch_do_not_penetrate() {
+        // Normals of far nodes meet nothing, or pass the nearest point of the other disc at a distance.
+        for (n, m) in [(40, 30), (33, 64), (16, 16)] {
+            for quadratic in [false, true] {
+                let upper = placed(&circle(n, 1.0, quadratic, false, 0.0), 0.0, [0.0, 1.0]);
+                let lower = placed(&circle(m, 1.0, quadratic, false, 0.3), 0.0, [0.0, -1.0]);
+                assert_eq!(deepest_node(&upper, &lower, 0.0), 0.0, "{n} {m}");
+                assert_eq!(deepest_node(&lower, &upper, 0.0), 0.0, "{n} {m}");
+                assert!(deepest_node(&upper, &lower, -0.02) > 0.01, "{n} {m}");
+            }
+        }
     }
 
     #[test]

@@ -166,39 +166,33 @@ impl Contacts {
             if case.contacts[side.pair].geometry != ContactGeometry::Updated {
                 continue;
             }
-            let place = plan.place(side.body);
-            let at: HashMap<u32, &[f64; 3]> =
-                std::iter::zip(self.shares.interface[place].iter().copied(), &to.displacement[place])
-                    .collect();
-            for facet in &surface.facets {
-                let [a, b] = [facet[0], facet[1]].map(|n| n as usize);
-                let moved = [a, b].map(|n| at.get(&surface.nodes[n]).map_or([0.0; 3], |u| **u));
-                let size = |v: [f64; 3]| dot(&v, &v).sqrt();
-                let length = size(sub(&surface.points[b], &surface.points[a]));
-                largest = larger(largest, size(sub(&moved[1], &moved[0])) / length);
+            let u = self.at_surface(surface, plan.place(side.body), to);
+            for (f, facet) in surface.facets.iter().enumerate() {
+                let moved = sub(&u[facet[1] as usize], &u[facet[0] as usize]);
+                largest = larger(largest, dot(&moved, &moved).sqrt() / surface.facet_size(f));
             }
         }
         largest
+    }
+
+    /// Displacements of a surface's nodes, m, of a body of this rank.
+    fn at_surface(&self, surface: &Surface, place: usize, to: &Place) -> Vec<[f64; 3]> {
+        let at: HashMap<u32, &[f64; 3]> =
+            std::iter::zip(self.shares.interface[place].iter().copied(), &to.displacement[place]).collect();
+        surface.nodes.iter().map(|node| at.get(node).map_or([0.0; 3], |u| **u)).collect()
     }
 
     /// Finds the rows again on the displaced surfaces. Collective on the roots.
     pub fn follow(&mut self, scene: &Scene, to: &Place) {
         let Scene { case, plan, exchange } = *scene;
         let interface = self.shares.interface.clone();
-        let places: Vec<HashMap<u32, usize>> =
-            interface.iter().map(|nodes| nodes.iter().enumerate().map(|(k, &n)| (n, k)).collect()).collect();
-        let at = |place: usize, node: u32| -> [f64; 3] {
-            places[place].get(&node).map_or([0.0; 3], |&k| to.displacement[place][k])
-        };
         let is_updated = |pair: usize| case.contacts[pair].geometry == ContactGeometry::Updated;
         let moved: Vec<Surface> = std::iter::zip(&plan.surfaces, &plan.ends)
             .map(|(surface, &ContactSide { pair, body, .. })| {
                 if !is_updated(pair) {
                     return surface.clone();
                 }
-                let place = plan.place(body);
-                let u: Vec<[f64; 3]> = surface.nodes.iter().map(|&n| at(place, n)).collect();
-                surface.moved(&u)
+                surface.moved(&self.at_surface(surface, plan.place(body), to))
             })
             .collect();
         let mut surfaces = both_surfaces(case, plan, exchange, &moved);

@@ -1,6 +1,7 @@
 //! Rings shrunk on each other (Lame), quarters on symmetry planes, quadratic elements.
 use super::{attempt, close, multipliers, near, solve, solve_all, value};
 use kontakt::record::SideTable;
+use kontakt::vector::larger;
 use serde_json::Value;
 use std::f64::consts::PI;
 
@@ -189,7 +190,7 @@ fn both_sides_of_closed_surfaces_are_told_all_round() {
             assert_eq!(sides.iter().filter(|side| side.multipliers).count(), 1);
             let worst = |side: &SideTable| {
                 assert!(side.gap.iter().all(|gap| gap.abs() < 1e-9), "{:?}", side.gap);
-                side.pressure.iter().map(|p| (p - exact).abs() / exact).fold(0.0, f64::max)
+                side.pressure.iter().map(|p| (p - exact).abs() / exact).fold(0.0, larger)
             };
             let errors = [worst(sides[0]), worst(sides[1])];
             let [own, other] = if sides[0].multipliers { errors } else { [errors[1], errors[0]] };
@@ -198,7 +199,7 @@ fn both_sides_of_closed_surfaces_are_told_all_round() {
                 let length = std::f64::consts::TAU * r;
                 let closed = table.closed.expect("it closes");
                 near(closed, length, 2e-3 * length, "length of the surface");
-                let last = table.s.iter().copied().fold(0.0, f64::max);
+                let last = table.s.iter().copied().fold(0.0, larger);
                 assert!(last < closed && last > 0.9 * closed, "{side}: {last} {closed}");
             }
             let length = value(&summary, &format!("pairs.{pair}.contact_length"));

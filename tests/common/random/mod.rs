@@ -16,6 +16,7 @@ use draw::Draw;
 use kontakt::{
     case::{self, Case},
     output::{RESULT, Results},
+    vector::larger,
 };
 use model::Model;
 use scene::{Expect, Frame, Scene, Twin};
@@ -225,9 +226,9 @@ fn known(expect: &Expect, summary: &Value, results: &Results, slack: f64) -> Opt
             let found = of(push) - of(back);
             let scale = summary["steps"].as_array()?.iter().map(|s| {
                 let pairs = s["pairs"].as_array().into_iter().flatten();
-                pairs.filter_map(|p| p["normal_force"].as_f64()).fold(0.0, f64::max)
+                pairs.filter_map(|p| p["normal_force"].as_f64()).fold(0.0, larger)
             });
-            let scale = scale.fold(0.0, f64::max);
+            let scale = scale.fold(0.0, larger);
             beyond((found - value).abs(), (relative + slack) * scale).then(|| {
                 format!("step {}: force of {push} less {back} {found:.9e}, not {value:.9e}", step + 1)
             })
@@ -255,7 +256,7 @@ fn against_dense(
     }
     for (b, (found, right)) in std::iter::zip(u, &solution.u).enumerate() {
         let largest = right.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
-        let off = std::iter::zip(found, right).map(|(a, b)| (a - b).abs()).fold(0.0_f64, f64::max);
+        let off = std::iter::zip(found, right).map(|(a, b)| (a - b).abs()).fold(0.0_f64, larger);
         // A body that nothing strains moves by the round-off of its coordinates.
         let size = models[b].mesh.points.iter().flatten().fold(0.0_f64, |a, x| a.max(x.abs()));
         if beyond(off, (1e-6 + 10.0 * slack) * largest + 1e-13 * size) {

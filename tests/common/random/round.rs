@@ -1,6 +1,7 @@
 //! Scenes of rings, bores, rollers and discs.
 use super::draw::Draw;
 use super::scene::{ELEMENTS, Expect, Frame, Head, Material, Scene, Twin, body, contact};
+use kontakt::vector::larger;
 use std::fmt::Write;
 
 /// Relative errors that the mesh may leave in a force and in the largest pressure: `cells` to a right angle, `across`: the
@@ -24,6 +25,15 @@ fn rim(head: &Head, m: &Material, [a, b]: [f64; 2], inner: bool) -> f64 {
     let [e, nu] = head.plane(m);
     let ratio = (b * b + a * a) / (b * b - a * a);
     if inner { a / e * (ratio + nu) } else { b / e * (ratio - nu) }
+}
+
+/// A pressure that is the same all round, and its force: with errors of the force and of the largest pressure.
+fn uniform(pressure: f64, area: f64, [force, peak]: [f64; 2], frame: &Frame) -> Vec<Expect> {
+    let value = frame.pressure(pressure).parse().expect("a number");
+    vec![
+        Expect::Peak { pair: "fit".into(), value, relative: peak },
+        Expect::Force { pair: "fit".into(), value: frame.force(pressure * area), relative: force },
+    ]
 }
 
 fn ring(radius: [f64; 2], cells: [usize; 2], span: usize, frame: &Frame) -> String {
@@ -72,7 +82,7 @@ pub fn press_fit(draw: &mut Draw, frame: Frame) -> Scene {
     for (i, name) in ["inner", "outer"].into_iter().enumerate() {
         text += &materials[i].text(name, &frame);
         let across = draw.whole(4, 8);
-        thickest = f64::max(thickest, layer(sizes[i], across));
+        thickest = larger(thickest, layer(sizes[i], across));
         text += &body(name, elements[i], &ring(sizes[i], [across, around[i]], span, &frame), &frame);
         text += &hold(span, sizes[i][i], i == 1, &frame);
     }
@@ -83,16 +93,9 @@ pub fn press_fit(draw: &mut Draw, frame: Frame) -> Scene {
     text += &contact("fit", sides, &offset);
     let compliance = rim(&head, &materials[0], sizes[0], false) + rim(&head, &materials[1], sizes[1], true);
     let pressure = interference / compliance;
-    let [relative, peak] = allowed(elements, around[0].min(around[1]), thickest);
+    let errors = allowed(elements, around[0].min(around[1]), thickest);
     let area = radii[1] * span as f64 * std::f64::consts::FRAC_PI_2 * head.thickness;
-    let expect = vec![
-        Expect::Peak {
-            pair: "fit".into(),
-            value: frame.pressure(pressure).parse().expect("a number"),
-            relative: peak,
-        },
-        Expect::Force { pair: "fit".into(), value: frame.force(pressure * area), relative },
-    ];
+    let expect = uniform(pressure, area, errors, &frame);
     Scene { family: "press fit", text, expect, twins: vec![Twin::Ranks], dense: false }
 }
 
@@ -124,16 +127,9 @@ pub fn bore(draw: &mut Draw, frame: Frame) -> Scene {
     let sides = if draw.chance(0.5) { [surface, "hub.surface"] } else { ["hub.surface", surface] };
     text += &contact("fit", sides, &offset);
     let pressure = interference / rim(&head, &material, size, !inside);
-    let [relative, peak] = allowed([element; 2], around, layer(size, across));
+    let errors = allowed([element; 2], around, layer(size, across));
     let area = r * span as f64 * std::f64::consts::FRAC_PI_2 * head.thickness;
-    let expect = vec![
-        Expect::Peak {
-            pair: "fit".into(),
-            value: frame.pressure(pressure).parse().expect("a number"),
-            relative: peak,
-        },
-        Expect::Force { pair: "fit".into(), value: frame.force(pressure * area), relative },
-    ];
+    let expect = uniform(pressure, area, errors, &frame);
     Scene { family: "bore", text, expect, twins: vec![Twin::Ranks], dense: false }
 }
 
