@@ -348,7 +348,7 @@ fn fixings_carry_nothing_at_equilibrium() {
                 let alpha: Vec<f64> = noise(scene.modes, 5.0).iter().map(|a| 1e-6 * a).collect();
                 let owned = body.displacements(group, &contact, &alpha).unwrap();
                 let u = body.with_ghosts(group, &owned).unwrap();
-                let (_, balance) = body.recover(&u, &contact).unwrap();
+                let (_, balance, _) = body.recover(&u, &contact, &[]).unwrap();
                 let parts = [&balance.residual2[..], &balance.resultant, &balance.reaction].concat();
                 let sums = kontakt::parallel::sum(group, &parts);
                 let ratio = (sums[0] / sums[1]).sqrt();

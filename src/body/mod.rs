@@ -39,7 +39,7 @@ pub use interface::{BodyRow, Interface};
 pub use load::LoadFactors;
 pub use motion::{name_bodies, name_motion};
 pub use options::options_prefix;
-pub use recovery::{Balance, Fields};
+pub use recovery::{Balance, Fields, PointStresses};
 pub use region::{Region, find_facets, mesh_extent};
 pub use response::Response;
 pub use rigid::{FreeModes, RigidMode, free_motions};

@@ -26,16 +26,36 @@ pub struct Fields {
     pub cell_stress: Vec<Tensor>,
     /// Means over own cells.
     pub cell_strain: Vec<Tensor>,
-    /// In the plane (11, 22, 12), at the element's points of every cell of the part, one cell after the other, Pa.
-    point_stress: Vec<[f64; 3]>,
-    /// Where each cell begins in it, and the end.
-    first_point: Vec<u32>,
+    /// At the elements' points.
+    pub at_points: PointStresses,
 }
 
-impl Fields {
-    /// Stresses in the plane (11, 22, 12) at the element's points of a cell of the part, Pa.
-    pub fn points_of(&self, cell: usize) -> &[[f64; 3]] {
-        &self.point_stress[self.first_point[cell] as usize..self.first_point[cell + 1] as usize]
+/// Stresses in the plane (11, 22, 12) at the elements' points of all cells of the part, Pa.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PointStresses {
+    /// One cell after the other.
+    stresses: Vec<[f64; 3]>,
+    /// Where each cell ends in it.
+    ends: Vec<u32>,
+}
+
+impl PointStresses {
+    fn with_capacity(n_cells: usize) -> PointStresses {
+        PointStresses { stresses: Vec::with_capacity(4 * n_cells), ends: Vec::with_capacity(n_cells) }
+    }
+
+    /// Those of a cell.
+    pub fn of(&self, cell: usize) -> &[[f64; 3]] {
+        let first = cell.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.stresses[first as usize..self.ends[cell] as usize]
+    }
+
+    /// Adds the next cell's, and gives them back.
+    fn push(&mut self, stresses: impl IntoIterator<Item = [f64; 3]>) -> &[[f64; 3]] {
+        let first = self.stresses.len();
+        self.stresses.extend(stresses);
+        self.ends.push(self.stresses.len() as u32);
+        &self.stresses[first..]
     }
 }
 
@@ -66,16 +86,22 @@ pub struct Balance {
 
 impl Body {
     /// Stresses, strains and the balance of forces. `u`: displacements at all nodes of the part (owned, local,
-    /// halo), m; `contact`: contact nodal forces at the owned nodes, N.
-    pub fn recover(&self, u: &[f64], contact: &[f64]) -> Result<(Fields, Balance)> {
+    /// halo), m; `contact`: contact nodal forces at the owned nodes, N. Of `others`, more displacements like `u`, the stresses at
+    /// the elements' points.
+    pub fn recover(
+        &self,
+        u: &[f64],
+        contact: &[f64],
+        others: &[&[f64]],
+    ) -> Result<(Fields, Balance, Vec<PointStresses>)> {
         let (part, dim) = (&self.part, self.part.dim);
+        let mut of_others = vec![PointStresses::with_capacity(part.cells.len()); others.len()];
         let mut fields = Fields {
             displacement: (0..part.n_local).map(|i| vector(u, i, dim)).collect(),
             temperature: self.temperature.as_ref().map(|t| t[..part.n_local].to_vec()),
             stress: vec![[0.0; 6]; part.n_local],
             strain: vec![[0.0; 6]; part.n_local],
-            point_stress: Vec::with_capacity(4 * part.cells.len()),
-            first_point: vec![0],
+            at_points: PointStresses::with_capacity(part.cells.len()),
             ..Fields::default()
         };
         let mut count = vec![0_u32; part.n_local];
@@ -86,14 +112,18 @@ impl Body {
         let stiffness = self.model.law.law(None).h[0][0] * self.model.thickness;
         let mut rounding = vec![0.0; part.points.len()];
         for (i, cell) in part.cells.iter().enumerate() {
-            self.evaluate(cell, u, &mut work)?;
+            self.evaluate(cell, u, others, &mut work)?;
             let element = self.model.elements.of(cell.kind);
             let n = cell.kind.n_nodes();
-            let begin = fields.point_stress.len();
-            fields.point_stress.extend(work.stress.iter().map(|s| [s[0], s[1], s[3]]));
-            fields.first_point.push(fields.point_stress.len() as u32);
+            let n_points = work.geometry.len();
+            let stresses = fields.at_points.push(work.stress.iter().map(|s| [s[0], s[1], s[3]]));
             let f = &mut work.force[..n * dim];
-            element.internal_force(&work.geometry, self.model.thickness, &fields.point_stress[begin..], f);
+            element.internal_force(&work.geometry, self.model.thickness, stresses, f);
+            for (other, strains) in
+                std::iter::zip(&mut of_others, work.plane_strain[n_points..].chunks_exact(n_points))
+            {
+                other.push(std::iter::zip(&work.laws, strains).map(|(law, strain)| law.stress(*strain)));
+            }
             let steepest = |g: &PointGeometry| worst(g.gradient[..n].iter().map(|d| dot(d, d)));
             let cell_stiffness: f64 = work.geometry.iter().map(|g| stiffness * g.area * steepest(g)).sum();
             let rounded = f64::EPSILON * cell_stiffness * largest(&work.u[..n * dim]);
@@ -144,52 +174,34 @@ impl Body {
             balance.round_off[0] += r * r;
             balance.round_off[1] += r;
         }
-        Ok((fields, balance))
+        Ok((fields, balance, of_others))
     }
 
-    /// Nothing but the stresses at the elements' points; `u` as in [`Body::recover`].
-    pub fn point_stresses(&self, u: &[f64]) -> Result<Fields> {
-        let mut fields = Fields { first_point: vec![0], ..Fields::default() };
-        let mut work = Workspace::default();
-        for cell in &self.part.cells {
-            let n = cell.kind.n_nodes();
-            self.strains_of(cell, u, &mut work)?;
-            let laws = work.geometry.iter().map(|geometry| self.law(cell, &geometry.n[..n]));
-            fields
-                .point_stress
-                .extend(std::iter::zip(laws, &work.plane_strain).map(|(law, strain)| law.stress(*strain)));
-            fields.first_point.push(fields.point_stress.len() as u32);
-        }
-        Ok(fields)
-    }
-
-    /// Strains in the plane and geometry at the quadrature points of a cell.
-    fn strains_of(&self, cell: &Cell, u: &[f64], work: &mut Workspace) -> Result<()> {
+    /// Law and geometry at the quadrature points of a cell, stress and strain there, and the strains in the plane, those of
+    /// `others` after those of `u`.
+    fn evaluate(&self, cell: &Cell, u: &[f64], others: &[&[f64]], work: &mut Workspace) -> Result<()> {
         let (dim, n) = (self.part.dim, cell.kind.n_nodes());
         assembly::cell_points(&self.part, cell, &mut work.x);
-        for (a, &node) in cell.nodes().iter().enumerate() {
-            work.u[a * dim..][..dim].copy_from_slice(&u[node as usize * dim..][..dim]);
+        work.u.clear();
+        for u in std::iter::once(&u).chain(others) {
+            let of_node = |&node: &u32| &u[node as usize * dim..][..dim];
+            work.u.extend(cell.nodes().iter().flat_map(of_node));
         }
         let temperature =
             |shape: &[f64]| assembly::temperature_at(self.temperature.as_ref().map(|t| &t[..]), cell, shape);
         let element = self.model.elements.of(cell.kind);
         element.geometry(&work.x[..n], &mut work.geometry)?;
+        work.laws.clear();
+        let laws = work.geometry.iter().map(|geometry| self.model.law.law(temperature(&geometry.n[..n])));
+        work.laws.extend(laws);
+        let laws = &work.laws;
         element.strains(
             &work.x[..n],
             &work.geometry,
-            &work.u[..n * dim],
-            |_, shape| self.model.law.law(temperature(shape)),
+            &work.u,
+            |point, _| laws[point],
             &mut work.plane_strain,
         )?;
-        Ok(())
-    }
-
-    /// Stress and strain at the quadrature points of a cell.
-    fn evaluate(&self, cell: &Cell, u: &[f64], work: &mut Workspace) -> Result<()> {
-        let n = cell.kind.n_nodes();
-        self.strains_of(cell, u, work)?;
-        let temperature =
-            |shape: &[f64]| assembly::temperature_at(self.temperature.as_ref().map(|t| &t[..]), cell, shape);
         work.stress.clear();
         work.strain.clear();
         for (strain, geometry) in work.plane_strain.iter().zip(&work.geometry) {
@@ -296,8 +308,9 @@ fn vector(values: &[f64], node: usize, dim: usize) -> [f64; 3] {
 #[derive(Default)]
 struct Workspace {
     x: [[f64; 3]; MAX_NODES],
-    u: [f64; 3 * MAX_NODES],
+    u: Vec<f64>,
     force: [f64; 3 * MAX_NODES],
+    laws: Vec<PointLaw>,
     plane_strain: Vec<[f64; 3]>,
     stress: Vec<Tensor>,
     strain: Vec<Tensor>,

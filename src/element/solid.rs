@@ -160,9 +160,9 @@ impl SolidElement {
         Ok(())
     }
 
-    /// Total in-plane strain (11, 22, gamma12) at each quadrature point for nodal displacements `u` (2n, m),
-    /// the enhanced part included; `strains` is overwritten. `geometry`: by [`Self::geometry`]; `law` as in
-    /// [`Self::stiffness`].
+    /// Total in-plane strain (11, 22, gamma12) at each quadrature point for nodal displacements `u` (m; 2n for each of one or
+    /// several fields), the enhanced part included; `strains`, overwritten, has those of one field after those of the other.
+    /// `geometry`: by [`Self::geometry`]; `law` as in [`Self::stiffness`].
     pub fn strains(
         &self,
         x: &[[f64; 3]],
@@ -172,12 +172,15 @@ impl SolidElement {
         strains: &mut Vec<[f64; 3]>,
     ) -> Result<()> {
         let center = self.center(x)?;
-        let amplitudes = self.amplitudes(&center, geometry, u, law);
+        let internal = self.internal(&center, geometry, law);
         let dilatation = self.dilatation(&center, geometry);
         strains.clear();
-        for (point, geometry) in self.points().iter().zip(geometry) {
-            let gradients = self.gradients(&center, geometry, point);
-            strains.push(self.strain(point, &gradients, dilatation.as_ref(), &amplitudes));
+        for u in u.chunks_exact(2 * self.kind.n_nodes()) {
+            let amplitudes = self.amplitudes(internal.as_ref(), u);
+            for (point, geometry) in self.points().iter().zip(geometry) {
+                let gradients = self.gradients(&center, geometry, point);
+                strains.push(self.strain(point, &gradients, dilatation.as_ref(), &amplitudes));
+            }
         }
         Ok(())
     }
@@ -196,7 +199,7 @@ impl SolidElement {
         if self.n_modes() > self.kind.n_nodes() {
             self.geometry(x, &mut geometry)?;
         }
-        let amplitudes = self.amplitudes(&center, &geometry, u, law);
+        let amplitudes = self.amplitudes(self.internal(&center, &geometry, law).as_ref(), u);
         let dilatation = self.dilatation(&center, &geometry);
         strains.clear();
         for point in points {
@@ -237,19 +240,16 @@ impl SolidElement {
         }
     }
 
-    /// Amplitudes of all modes, m, for nodal displacements `u`: the internal ones are at equilibrium, k_ii u_i =
-    /// f_i - k_in u_n.
-    fn amplitudes(
+    /// The equations of the internal modes, k_ii u_i = f_i - k_in u_n, with one after the other eliminated; `None` without such
+    /// modes.
+    fn internal(
         &self,
         center: &Jacobian,
         geometry: &[PointGeometry],
-        u: &[f64],
         mut law: impl FnMut(usize, &[f64]) -> PointLaw,
-    ) -> [f64; MAX_DOFS] {
+    ) -> Option<Full> {
         let n = self.kind.n_nodes();
-        let mut amplitudes = [0.; MAX_DOFS];
-        amplitudes[..2 * n].copy_from_slice(u);
-        if self.n_modes() > n {
+        (self.n_modes() > n).then(|| {
             let mut full = Full::zero();
             let dilatation = self.dilatation(center, geometry);
             for (index, (point, geometry)) in self.points().iter().zip(geometry).enumerate() {
@@ -265,7 +265,16 @@ impl SolidElement {
                 }
             }
             self.eliminate_internal(&mut full, 2 * n);
-            self.recover_internal(&full, &mut amplitudes);
+            full
+        })
+    }
+
+    /// Amplitudes of all modes, m, for nodal displacements `u`: the internal ones are at equilibrium.
+    fn amplitudes(&self, internal: Option<&Full>, u: &[f64]) -> [f64; MAX_DOFS] {
+        let mut amplitudes = [0.; MAX_DOFS];
+        amplitudes[..u.len()].copy_from_slice(u);
+        if let Some(full) = internal {
+            self.recover_internal(full, &mut amplitudes);
         }
         amplitudes
     }

@@ -1,7 +1,7 @@
 //! Energy of the difference between recovered and computed stresses.
 use super::{plane::Plane, recovery::recovered};
 use crate::{
-    body::{Body, Fields},
+    body::{Body, PointStresses},
     element::{ElementKind, Formulation, MAX_NODES, PointGeometry, PointLaw, QuadraturePoint, error_rule},
     error::Result,
     mesh::Cell,
@@ -69,8 +69,8 @@ impl BodyError {
         let first = changed.len().min(TOGETHER);
         for changed in std::iter::once(&changed[..first]).chain(changed[first..].chunks(TOGETHER)) {
             let solutions: Vec<&Solved> = std::iter::once(solution).chain(changed).collect();
-            let fields: Vec<&Fields> = solutions.iter().map(|s| s.fields).collect();
-            let nodal = recovered(body, group, &fields)?;
+            let stresses: Vec<&PointStresses> = solutions.iter().map(|s| s.stresses).collect();
+            let nodal = recovered(body, group, &stresses)?;
             let found = agree(group, cell_errors(body, &solutions, &nodal))?;
             products.extend(found.products);
             own.get_or_insert((found.cells, found.sums));
@@ -90,7 +90,7 @@ impl BodyError {
 /// A solution: displacements at all nodes of the part, m, and stresses.
 pub(crate) struct Solved<'s> {
     pub u: &'s [f64],
-    pub fields: &'s Fields,
+    pub stresses: &'s PointStresses,
 }
 
 /// What cells have of errors.
@@ -194,7 +194,7 @@ fn computed(
     stresses: &mut Vec<Plane>,
 ) -> Result<()> {
     stresses.clear();
-    let at_points = solution.fields.points_of(index);
+    let at_points = solution.stresses.of(index);
     match (cell.kind, body.element(cell.kind).formulation()) {
         (ElementKind::Tri3, _) => stresses.resize(rule.len(), at_points[0]),
         (ElementKind::Quad4, _) => stresses.extend(at_points),

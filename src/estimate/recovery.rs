@@ -4,7 +4,7 @@ use super::{
     plane::Plane,
 };
 use crate::{
-    body::{Body, Fields},
+    body::{Body, PointStresses},
     element::ElementKind,
     error::Result,
     mesh::{Cell, MeshPart},
@@ -14,10 +14,77 @@ use mpi::{topology::SimpleCommunicator, traits::*};
 /// Numbers of a fit that ranks tell each other: kind, size, coefficients.
 const PACKED: usize = 2 + 3 * TERMS;
 
-/// Whether a vertex is inside the body, all cells around it, and its fits, one for each solution.
-struct Vertex {
-    inside: bool,
+/// What is known of a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// Between vertices: no fits of its own.
+    Between,
+    /// A vertex with cells all round.
+    Inside,
+    /// A vertex without.
+    Edge,
+}
+
+/// The vertices of a part and the polynomials fitted there.
+struct Fitted {
+    /// By node.
+    places: Vec<Place>,
+    /// By node: where the fits of a vertex begin, one for each solution.
+    first: Vec<u32>,
     fits: Vec<Fit>,
+    solutions: usize,
+}
+
+impl Fitted {
+    fn with_capacity(n: usize, solutions: usize) -> Fitted {
+        let fits = Vec::with_capacity(n * solutions);
+        Fitted { places: Vec::with_capacity(n), first: Vec::with_capacity(n), fits, solutions }
+    }
+
+    /// The next node: its fits are what is added before the one after it.
+    fn push(&mut self, place: Place) {
+        self.places.push(place);
+        self.first.push(self.fits.len() as u32);
+    }
+
+    fn of(&self, node: usize) -> &[Fit] {
+        &self.fits[self.first[node] as usize..][..self.solutions]
+    }
+
+    /// Tells the fits of owned nodes to the ranks that have them too. Collective on the group.
+    fn with_ghosts(self, body: &Body, group: &SimpleCommunicator) -> Result<Fitted> {
+        let part = &body.part;
+        let mut got = Vec::new();
+        for k in 0..self.solutions {
+            let mut packed = vec![0.0; part.n_owned * PACKED];
+            for (node, packed) in packed.chunks_exact_mut(PACKED).enumerate() {
+                if self.places[node] != Place::Between {
+                    let fit = &self.of(node)[k];
+                    packed[0] = if self.places[node] == Place::Inside { 2.0 } else { 1.0 };
+                    packed[1] = fit.size;
+                    packed[2..].copy_from_slice(fit.coefficients.as_flattened());
+                }
+            }
+            got.push(with_ghosts(body, group, &packed)?);
+        }
+        let mut all = Fitted::with_capacity(part.points.len(), self.solutions);
+        for (node, &center) in part.points.iter().enumerate() {
+            let of_node = |k: usize| &got[k][node * PACKED..][..PACKED];
+            let place = match of_node(0)[0] {
+                0.0 => Place::Between,
+                2.0 => Place::Inside,
+                _ => Place::Edge,
+            };
+            all.push(place);
+            if place != Place::Between {
+                all.fits.extend((0..self.solutions).map(|k| {
+                    let terms: &[[f64; TERMS]] = of_node(k)[2..].as_chunks().0;
+                    Fit { center, size: of_node(k)[1], coefficients: [terms[0], terms[1], terms[2]] }
+                }));
+            }
+        }
+        Ok(all)
+    }
 }
 
 /// Recovered stress at every local node, Pa, of each solution. Collective on the group.
@@ -28,41 +95,34 @@ struct Vertex {
 pub(super) fn recovered(
     body: &Body,
     group: &SimpleCommunicator,
-    solutions: &[&Fields],
+    solutions: &[&PointStresses],
 ) -> Result<Vec<Vec<Plane>>> {
     let part = &body.part;
     let around = Around::new(part);
-    let mut samples = Samples::default();
-    let mut own =
-        |node: usize| around.is_vertex[node].then(|| vertex(body, solutions, &around, node, &mut samples));
-    let mut vertices: Vec<Option<Vertex>> = (0..part.n_owned).map(&mut own).collect();
-    if group.size() > 1 {
-        let mut all: Vec<Option<Vertex>> = (0..part.points.len()).map(|_| None).collect();
-        for k in 0..solutions.len() {
-            let mut packed = vec![0.0; part.n_owned * PACKED];
-            for (vertex, packed) in std::iter::zip(&vertices, packed.chunks_exact_mut(PACKED)) {
-                if let Some(vertex) = vertex {
-                    packed[0] = if vertex.inside { 2.0 } else { 1.0 };
-                    packed[1] = vertex.fits[k].size;
-                    packed[2..].copy_from_slice(vertex.fits[k].coefficients.as_flattened());
-                }
-            }
-            let got = with_ghosts(body, group, &packed)?;
-            for (vertex, (v, &center)) in
-                std::iter::zip(&mut all, std::iter::zip(got.chunks_exact(PACKED), &part.points))
-            {
-                let terms: &[[f64; TERMS]] = v[2..].as_chunks().0;
-                let fit = Fit { center, size: v[1], coefficients: [terms[0], terms[1], terms[2]] };
-                if v[0] > 0.0 {
-                    let vertex = vertex.get_or_insert(Vertex { inside: v[0] > 1.0, fits: Vec::new() });
-                    vertex.fits.push(fit);
-                }
-            }
+    let mut fitted = Fitted::with_capacity(part.n_owned, solutions.len());
+    let mut scratch = Scratch { ends: Vec::new(), samples: Samples::new(solutions.len()) };
+    for node in 0..part.n_owned {
+        match around.is_vertex[node] {
+            true => vertex(body, solutions, &around, node, &mut scratch, &mut fitted),
+            false => fitted.push(Place::Between),
         }
-        vertices = all;
     }
-    let of_solution = |k: usize| (0..part.n_local).map(|n| at_node(part, &around, &vertices, n, k)).collect();
-    Ok((0..solutions.len()).map(of_solution).collect())
+    if group.size() > 1 {
+        fitted = fitted.with_ghosts(body, group)?;
+    }
+    let mut nodal = vec![Vec::with_capacity(part.n_local); solutions.len()];
+    let mut seen = Vec::new();
+    for node in 0..part.n_local {
+        at_node(part, &around, &fitted, node, &mut seen, &mut nodal);
+    }
+    Ok(nodal)
+}
+
+/// Room for what is known around a vertex.
+struct Scratch {
+    /// The other ends of the edges, and how many cells have each.
+    ends: Vec<(u32, u8)>,
+    samples: Samples,
 }
 
 /// The cells around each local node.
@@ -102,11 +162,19 @@ impl Around {
 }
 
 /// Fits the stresses around a vertex.
-fn vertex(body: &Body, solutions: &[&Fields], around: &Around, node: usize, samples: &mut Samples) -> Vertex {
+fn vertex(
+    body: &Body,
+    solutions: &[&PointStresses],
+    around: &Around,
+    node: usize,
+    scratch: &mut Scratch,
+    fitted: &mut Fitted,
+) {
     let part = &body.part;
+    let Scratch { ends, samples } = scratch;
     let cells = around.of(node);
     // Each edge at an inner vertex belongs to two cells.
-    let mut ends: Vec<(u32, u8)> = Vec::with_capacity(16);
+    ends.clear();
     let mut linear = true;
     for &c in cells {
         let cell = &part.cells[c as usize];
@@ -126,12 +194,13 @@ fn vertex(body: &Body, solutions: &[&Fields], around: &Around, node: usize, samp
     for &c in cells {
         sample(body, solutions, c as usize, inside, samples);
     }
-    Vertex { fits: samples.fit(part.points[node], if linear { 3 } else { 6 }), inside }
+    fitted.push(if inside { Place::Inside } else { Place::Edge });
+    samples.fit(part.points[node], if linear { 3 } else { 6 }, &mut fitted.fits);
 }
 
 /// Adds the points of a cell where its stresses are most accurate: the centre of linear elements, the two by two points
 /// of a quad8, the three points of a tri6. Without neighbours all round (not `inside`) those of the quad4, too, have to do.
-fn sample(body: &Body, solutions: &[&Fields], c: usize, inside: bool, samples: &mut Samples) {
+fn sample(body: &Body, solutions: &[&PointStresses], c: usize, inside: bool, samples: &mut Samples) {
     let cell = &body.part.cells[c];
     let element = body.element(cell.kind);
     let position = |xi: &[f64; 3]| {
@@ -143,49 +212,55 @@ fn sample(body: &Body, solutions: &[&Fields], c: usize, inside: bool, samples: &
         x
     };
     if inside && cell.kind == ElementKind::Quad4 {
-        let mean = |fields: &&Fields| {
-            let stresses = fields.points_of(c);
+        let mean = |stresses: &&PointStresses| {
+            let stresses = stresses.of(c);
             std::array::from_fn(|c| stresses.iter().map(|s| s[c]).sum::<f64>() / stresses.len() as f64)
         };
         samples.push(position(&cell.kind.center()), solutions.iter().map(mean));
         return;
     }
     for (i, point) in element.points().iter().enumerate() {
-        samples.push(position(&point.xi), solutions.iter().map(|fields| fields.points_of(c)[i]));
+        samples.push(position(&point.xi), solutions.iter().map(|stresses| stresses.of(c)[i]));
     }
 }
 
+/// Adds the stresses at a node, of each solution; `seen` is room for the vertices around it.
 fn at_node(
     part: &MeshPart,
     around: &Around,
-    vertices: &[Option<Vertex>],
+    fitted: &Fitted,
     node: usize,
-    solution: usize,
-) -> Plane {
+    seen: &mut Vec<u32>,
+    nodal: &mut [Vec<Plane>],
+) {
     let x = &part.points[node];
-    if let Some(Vertex { fits, inside: true }) = &vertices[node] {
-        return fits[solution].at(x);
+    if fitted.places[node] == Place::Inside {
+        std::iter::zip(nodal, fitted.of(node)).for_each(|(nodal, fit)| nodal.push(fit.at(x)));
+        return;
     }
-    for inside in [true, false] {
-        let (mut sum, mut count) = ([0.0; 3], 0.0);
-        let mut seen: Vec<u32> = Vec::with_capacity(16);
+    for wanted in [Place::Inside, Place::Edge] {
+        seen.clear();
         for &c in around.of(node) {
             let cell = &part.cells[c as usize];
             for &corner in &cell.nodes()[..cell.kind.n_corners()] {
-                let Some(vertex) = &vertices[corner as usize] else { continue };
-                if vertex.inside == inside && !seen.contains(&corner) {
+                if fitted.places[corner as usize] == wanted && !seen.contains(&corner) {
                     seen.push(corner);
-                    let value = vertex.fits[solution].at(x);
-                    (0..3).for_each(|c| sum[c] += value[c]);
-                    count += 1.0;
                 }
             }
         }
-        if count > 0.0 {
-            return sum.map(|s| s / count);
+        if !seen.is_empty() {
+            for (k, nodal) in nodal.iter_mut().enumerate() {
+                let mut sum = [0.0; 3];
+                for &vertex in &*seen {
+                    let value = fitted.of(vertex as usize)[k].at(x);
+                    (0..3).for_each(|c| sum[c] += value[c]);
+                }
+                nodal.push(sum.map(|s| s / seen.len() as f64));
+            }
+            return;
         }
     }
-    [0.0; 3]
+    nodal.iter_mut().for_each(|nodal| nodal.push([0.0; 3]));
 }
 
 /// Several numbers a node, from the owned nodes to all of the part. Collective on the group.

@@ -222,8 +222,8 @@ impl Run {
         let made = std::iter::zip(bodies, &self.last.solution).zip(groups.bodies()).try_for_each(
             |((body, [displacement, contact]), &index)| {
                 let u = body.with_ghosts(&groups.group, displacement)?;
-                let (fields, _) = agree(&groups.group, body.recover(&u, contact))?;
-                let own = Solved { u: &u, fields: &fields };
+                let (fields, ..) = agree(&groups.group, body.recover(&u, contact, &[]))?;
+                let own = Solved { u: &u, stresses: &fields.at_points };
                 errors.push(BodyError::new(body, index, &groups.group, &own, &[])?.0);
                 Ok(())
             },
@@ -329,18 +329,18 @@ fn measure(
     let ends = std::iter::zip(&state.bodies, &contact);
     let finished = std::iter::zip(bodies, ends).enumerate().try_for_each(|(i, (body, (end, contact)))| {
         let u = body.with_ghosts(&groups.group, &end.displacement)?;
-        let (fields, balance) = agree(&groups.group, body.recover(&u, contact))?;
+        let decisive = influences.iter().filter(|_| estimated);
+        let changed = decisive
+            .map(|(_, changed)| body.with_ghosts(&groups.group, &changed.displacement[i]))
+            .collect::<Result<Vec<_>>>()?;
+        let others: Vec<&[f64]> = changed.iter().map(|u| &u[..]).collect();
+        let (fields, balance, stresses) = agree(&groups.group, body.recover(&u, contact, &others))?;
         let estimating = Stage::Estimate.enter();
         let mut error = None;
         if estimated {
-            let changed = influences.iter().map(|(_, changed)| {
-                let u = body.with_ghosts(&groups.group, &changed.displacement[i])?;
-                let fields = agree(&groups.group, body.point_stresses(&u))?;
-                Ok((u, fields))
-            });
-            let changed = changed.collect::<Result<Vec<_>>>()?;
-            let solved: Vec<Solved> = changed.iter().map(|(u, fields)| Solved { u, fields }).collect();
-            let own = Solved { u: &u, fields: &fields };
+            let solved: Vec<Solved> =
+                std::iter::zip(&changed, &stresses).map(|(u, stresses)| Solved { u, stresses }).collect();
+            let own = Solved { u: &u, stresses: &fields.at_points };
             let (mut of_body, products) = BodyError::new(body, end.body, &groups.group, &own, &solved)?;
             for ((sum, (influence, _)), products) in std::iter::zip(&mut changes, influences).zip(products) {
                 for (cell, product) in std::iter::zip(&mut of_body.cells, products) {
