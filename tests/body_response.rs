@@ -1,7 +1,7 @@
 //! How a body answers contact: condensed and by its solver, free and held, on 1, 2 and 3 ranks.
 use kontakt::vector::larger;
 use kontakt::{
-    body::{Body, BodyRow, LoadFactors, Response, ResponseKind, find_facets},
+    body::{Accuracy, Body, BodyRow, LoadFactors, Response, ResponseKind, find_facets},
     case::{self, Case, Origin},
     contact::Surface,
     mesh::Mesh,
@@ -204,7 +204,7 @@ fn condensed_and_solver_agree() {
                     });
                     let (force, alpha) = (noise(n, 0.5), noise(scene.modes, 3.0));
                     let contact = body.contact_forces(&response, &force);
-                    let u = body.displacements(group, &contact, &alpha).unwrap();
+                    let u = body.displacements(group, &contact, &alpha, Accuracy::Refined).unwrap();
                     if group.rank() == 0 {
                         // The whole body's displacements are those of its interface.
                         let at: Vec<f64> = scene
@@ -346,7 +346,7 @@ fn fixings_carry_nothing_at_equilibrium() {
                 });
                 let contact = body.contact_forces(&response, &force);
                 let alpha: Vec<f64> = noise(scene.modes, 5.0).iter().map(|a| 1e-6 * a).collect();
-                let owned = body.displacements(group, &contact, &alpha).unwrap();
+                let owned = body.displacements(group, &contact, &alpha, Accuracy::Refined).unwrap();
                 let u = body.with_ghosts(group, &owned).unwrap();
                 let (_, balance, _) = body.recover(&u, &contact, &[]).unwrap();
                 let parts = [&balance.residual2[..], &balance.resultant, &balance.reaction].concat();

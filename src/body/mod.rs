@@ -86,6 +86,15 @@ pub struct Body {
     ghosts: Gather,
 }
 
+/// Whether displacements are refined once more where the factorisation's round-off is seen in their residual.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Accuracy {
+    /// Results.
+    Refined,
+    /// What an estimate is made of.
+    AsSolved,
+}
+
 impl Body {
     /// Number of space dimensions.
     pub fn dim(&self) -> usize {
@@ -128,12 +137,13 @@ impl Body {
     /// Displacements at the owned nodes, m, under all loads, the nodal forces `contact` (owned nodes, `dim` components
     /// each, N), and with `alpha` of each free mode (given on the first rank). Collective.
     ///
-    /// A condensed body recovers its interior with one solve. A free body's forces must balance.
+    /// A condensed body recovers its interior with one solve, as accurate as asked for. A free body's forces must balance.
     pub fn displacements(
         &mut self,
         group: &SimpleCommunicator,
         contact: &[f64],
         alpha: &[f64],
+        accuracy: Accuracy,
     ) -> Result<Vec<f64>> {
         let mut u = if self.system.is_condensed() {
             let mut interface = self.condensed_load(group)?;
@@ -149,7 +159,10 @@ impl Body {
             }
             let rhs: Vec<f64> = std::iter::zip(&self.loads.current, contact).map(|(f, c)| f + c).collect();
             let x = self.system.recover(group, &rhs, &interface)?;
-            let x = self.system.refine(group, &rhs, x)?;
+            let x = match accuracy {
+                Accuracy::Refined => self.system.refine(group, &rhs, x)?,
+                Accuracy::AsSolved => x,
+            };
             self.fill_slaves(group, self.model.constraints.from_frames(&x, self.part.dim))?
         } else {
             self.solve(group, contact)?

@@ -5,7 +5,7 @@ use crate::{
     element::{ElementKind, MAX_NODES, PointGeometry, PointLaw, QuadraturePoint, SolidElement},
     error::Result,
     mesh::Cell,
-    vector::{largest, worst},
+    vector::largest,
 };
 
 /// Tensors are (xx, yy, zz, xy, yz, xz).
@@ -124,9 +124,12 @@ impl Body {
             {
                 other.push(std::iter::zip(&work.laws, strains).map(|(law, strain)| law.stress(*strain)));
             }
-            let steepest = |g: &PointGeometry| worst(g.gradient[..n].iter().map(|d| dot(d, d)));
-            let cell_stiffness: f64 = work.geometry.iter().map(|g| stiffness * g.area * steepest(g)).sum();
-            let rounded = f64::EPSILON * cell_stiffness * largest(&work.u[..n * dim]);
+            // The trace of a stiffness, of which a node has its share.
+            let mut trace = 0.0;
+            for g in &work.geometry {
+                trace += g.area * g.gradient[..n].iter().map(|d| dot(d, d)).sum::<f64>();
+            }
+            let rounded = f64::EPSILON * stiffness * trace * largest(&work.u[..n * dim]);
             for (a, &node) in cell.nodes().iter().enumerate() {
                 rounding[node as usize] += rounded;
                 (0..dim).for_each(|c| internal[node as usize * dim + c] += f[a * dim + c]);

@@ -61,9 +61,14 @@ impl SolidElement {
                 }
             }
         }
+        for (coefficients, norm) in coefficients.iter_mut().zip(norms) {
+            *coefficients = coefficients.map(|c| c / norm);
+        }
         for (node, xi) in at_nodes.iter_mut().zip(self.kind().node_coordinates()) {
-            let phi = basis(xi);
-            *node = std::array::from_fn(|i| (0..M).map(|m| phi[m] * coefficients[m][i] / norms[m]).sum());
+            *node = [0.; N];
+            for (phi, coefficients) in basis(xi).iter().zip(&coefficients) {
+                node.iter_mut().zip(coefficients).for_each(|(value, c)| *value += phi * c);
+            }
         }
     }
 }

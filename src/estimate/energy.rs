@@ -141,6 +141,7 @@ fn cell_errors(body: &Body, solutions: &[&Solved], nodal: &[Vec<Plane>]) -> Resu
             let geometry = PointGeometry::new(cell.kind, &x[..n], point)?;
             let volume = geometry.area * body.thickness();
             let law = body.law(cell, &geometry.n[..n]);
+            let compliance = Compliance::of(&law);
             for (k, at) in points.iter_mut().enumerate() {
                 let u = solutions[k].u;
                 let of_element = match stresses[k].get(p) {
@@ -152,14 +153,14 @@ fn cell_errors(body: &Body, solutions: &[&Solved], nodal: &[Vec<Plane>]) -> Resu
                     (0..3).for_each(|c| difference[c] += shape * nodal[k][node as usize][c]);
                 }
                 if k == 0 {
-                    error.energy2 += volume * complementary(&law, &difference);
-                    let energy = complementary(&law, &of_element);
+                    error.energy2 += volume * compliance.product(&difference, &difference);
+                    let energy = compliance.product(&of_element, &of_element);
                     // Strains that heat makes may cancel those of the stresses.
                     let heat = law.stress([0.0; 3]);
                     found.sums[1] += volume * energy;
                     let unloaded = NO_STRAIN * NO_STRAIN * law.h[0][0];
-                    found.sums[2] +=
-                        volume * (energy + complementary(&law, &heat) + unloaded / (ROUND_OFF * ROUND_OFF));
+                    let heat = compliance.product(&heat, &heat);
+                    found.sums[2] += volume * (energy + heat + unloaded / (ROUND_OFF * ROUND_OFF));
                 }
                 let mut enhanced = [0.0; 3];
                 if is_enhanced && cell.kind == ElementKind::Quad4 {
@@ -170,9 +171,8 @@ fn cell_errors(body: &Body, solutions: &[&Solved], nodal: &[Vec<Plane>]) -> Resu
             }
             error.volume += volume;
             for (products, changed) in std::iter::zip(&mut found.products, &points[1..]) {
-                let part = |a: &Plane, b: &Plane| {
-                    complementary_product(&law, a, &std::array::from_fn(|c| b[c] - a[c]))
-                };
+                let part =
+                    |a: &Plane, b: &Plane| compliance.product(a, &std::array::from_fn(|c| b[c] - a[c]));
                 let at = &points[0];
                 products[i] +=
                     volume * (part(&at.missing, &changed.missing) - part(&at.enhanced, &changed.enhanced));
@@ -216,15 +216,23 @@ fn strain(geometry: &PointGeometry, cell: &Cell, u: &[f64]) -> Plane {
     strain
 }
 
-/// s : H^-1 s, J/m3, of a law whose normal and shear stresses do not mix.
-fn complementary(law: &PointLaw, s: &Plane) -> f64 {
-    complementary_product(law, s, s)
+/// H^-1, 1/Pa, of a law whose normal and shear stresses do not mix.
+struct Compliance {
+    normal: [[f64; 2]; 2],
+    shear: f64,
 }
 
-/// r : H^-1 s, J/m3.
-fn complementary_product(law: &PointLaw, r: &Plane, s: &Plane) -> f64 {
-    let h = &law.h;
-    let det = h[0][0] * h[1][1] - h[0][1] * h[1][0];
-    (h[1][1] * r[0] * s[0] + h[0][0] * r[1] * s[1] - h[0][1] * r[0] * s[1] - h[1][0] * r[1] * s[0]) / det
-        + r[2] * s[2] / h[2][2]
+impl Compliance {
+    fn of(law: &PointLaw) -> Compliance {
+        let h = &law.h;
+        let per_det = 1.0 / (h[0][0] * h[1][1] - h[0][1] * h[1][0]);
+        let normal = [[h[1][1] * per_det, -h[0][1] * per_det], [-h[1][0] * per_det, h[0][0] * per_det]];
+        Compliance { normal, shear: 1.0 / h[2][2] }
+    }
+
+    /// r : H^-1 s, J/m3.
+    fn product(&self, r: &Plane, s: &Plane) -> f64 {
+        let [a, b] = self.normal.map(|row| row[0] * s[0] + row[1] * s[1]);
+        r[0] * a + r[1] * b + r[2] * self.shear * s[2]
+    }
 }

@@ -49,7 +49,8 @@ impl Samples {
         let distance = |p: &[f64; 3]| (p[0] - center[0]).hypot(p[1] - center[1]);
         let size = self.points.iter().map(distance).fold(0.0, larger);
         let size = if size > 0.0 { size } else { 1.0 };
-        let found = (terms == 6 && self.solve::<6>(center, size, fits)) || self.solve::<3>(center, size, fits);
+        let found =
+            (terms == 6 && self.solve::<6>(center, size, fits)) || self.solve::<3>(center, size, fits);
         if !found {
             let count = self.points.len() as f64;
             fits.extend((0..self.solutions).map(|k| {

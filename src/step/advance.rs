@@ -11,7 +11,7 @@ use super::{
 };
 use crate::vector::{in_figures, larger};
 use crate::{
-    body::{Body, Response, ResponseKind},
+    body::{Accuracy, Body, Response, ResponseKind},
     case::{BodyRef, Case, ContactGeometry, Driver, ResponseCase, Tolerance},
     contact::{Gap, Row, Surface, deepest_node, vector::dot},
     error::{Error, Result},
@@ -199,7 +199,7 @@ impl Engine {
             let before = std::mem::replace(&mut found, driven);
             found.prepend(before);
             let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());
-            end = self.recover(plan, &solution)?;
+            end = self.recover(plan, &solution, Accuracy::Refined)?;
             self.clock.recover += recovering.elapsed().as_secs_f64();
             warm = solution.pairs;
             decisive = solution.influences;
@@ -238,7 +238,7 @@ impl Engine {
         }
         let influences = decisive
             .into_iter()
-            .map(|(influence, solution)| Ok((influence, self.recover(plan, &solution)?)))
+            .map(|(influence, solution)| Ok((influence, self.recover(plan, &solution, Accuracy::AsSolved)?)))
             .collect::<Result<Vec<_>>>()?;
         self.look_beyond(scene, target, &end, &mut found);
         found.turned = gather_lines(&plan.groups.world, &found.turned);
@@ -434,7 +434,7 @@ impl Engine {
     }
 
     /// Displacements and contact forces at the owned nodes of each body. Collective.
-    fn recover(&mut self, plan: &Plan, solution: &Solution) -> Result<Nodal> {
+    fn recover(&mut self, plan: &Plan, solution: &Solution, accuracy: Accuracy) -> Result<Nodal> {
         let group = &plan.groups.group;
         let mut end = Nodal::default();
         let done = self.bodies.iter_mut().enumerate().try_for_each(|(i, body)| {
@@ -445,7 +445,7 @@ impl Engine {
                 let relief = &solution.relief[self.modes.first[i]..][..body.free.modes.len()];
                 neutral::relieve(body, relief, &mut contact);
             }
-            end.displacement.push(body.displacements(group, &contact, alpha)?);
+            end.displacement.push(body.displacements(group, &contact, alpha, accuracy)?);
             end.contact.push(contact);
             Ok(())
         });
