@@ -19,6 +19,7 @@ use crate::{
     petsc::{Lu, Symmetric},
     vector::{all_finite, larger, largest},
 };
+use serde::{Deserialize, Serialize};
 use std::{collections::HashSet, ops::Range};
 
 /// Added to the diagonal, relative to its mean, which is 1: as without friction.
@@ -41,7 +42,7 @@ const UPDATES: usize = 60;
 const UNBALANCED: f64 = 1e-7;
 
 /// What a contact node does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Touch {
     /// Does not touch.
     Open,

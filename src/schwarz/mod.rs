@@ -12,6 +12,7 @@ mod alternation;
 mod coarse;
 mod coupling;
 mod dual;
+mod friction;
 mod frictional;
 mod guess;
 mod influence;
@@ -30,6 +31,7 @@ pub mod weights;
 
 pub use alternation::{Alternation, Measures};
 pub use coarse::{Coarse, Projector};
+pub use frictional::Touch;
 pub use coupling::{Coupling, End, Interpolated, PairRows, Share, Steps};
 pub use respond::{Respond, Spring};
 pub use state::{ActiveSet, Ended, Limits, MeshError, Outcome};

@@ -5,7 +5,7 @@ use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
     case::{BodyRef, Case, ContactCase, Driver, Gap, RigidShape, Transfer},
-    contact::{Conjugate, Pairing, Row, Search, Surface, mortar, pointwise, vector::dot},
+    contact::{Conjugate, Law, Pairing, Row, Search, Surface, mortar, pointwise, vector::dot},
     error::Result,
     material::LinearElastic,
     parallel::Exchange,
@@ -48,8 +48,10 @@ pub(crate) struct Pair {
     pub mortar_nodes: usize,
     /// Of each node of the mortar surface: the multiplier nodes on either side of the point opposite, with their weights.
     pub opposite: Vec<Option<[(u32, f64); 2]>>,
-    /// Outward displacement of a rigid mortar side at each row at factor 1, m.
+    /// Outward displacement of a rigid mortar side at each row at factor 1, m; then its tangential one, of a pair with a law.
     pub rigid_motion: Vec<f64>,
+    /// What the surfaces do tangentially.
+    pub law: Law,
 }
 
 /// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
@@ -176,11 +178,17 @@ fn one_pair(
     nodes.sort_unstable();
     nodes.dedup();
     let rigid = rigid_motion(case, pair, 1 - multiplier);
-    let rigid_motion = rows
-        .iter()
-        .map(|row| rigid.map_or(0.0, |u| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()))
-        .collect();
+    let along = |u: [f64; 3]| {
+        rows.iter().map(move |row| rigid.map_or(0.0, |_| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()))
+    };
+    let mut rigid_motion: Vec<f64> = along(rigid.unwrap_or_default()).collect();
+    if contact.law.is_frictional() {
+        // n turned forwards times u is n times u turned back.
+        let [x, y, z] = rigid.unwrap_or_default();
+        rigid_motion.extend(along([y, -x, z]));
+    }
     Pair {
+        law: contact.law,
         multiplier,
         nodes: rows[..n_own].iter().map(|row| own.nodes[row.node as usize]).collect(),
         held: rows.iter().map(is_held).collect(),
@@ -236,6 +244,26 @@ fn nodal_rows(
 }
 
 impl Pair {
+    /// Values on the normal rows, followed by what they make on the tangential ones, if there are any.
+    pub fn on_all_rows(
+        &self,
+        normal: impl Iterator<Item = f64>,
+        tangential: impl Fn(f64) -> f64,
+    ) -> Vec<f64> {
+        let mut values: Vec<f64> = normal.collect();
+        if self.law.is_frictional() {
+            values.extend_from_within(..);
+            let n = values.len() / 2;
+            values[n..].iter_mut().for_each(|value| *value = tangential(*value));
+        }
+        values
+    }
+
+    /// The gap that a row has to close, m: bonded nodes keep theirs.
+    pub fn gap_of(&self, row: &Row) -> f64 {
+        if self.law == Law::Tied { 0.0 } else { row.gap }
+    }
+
     /// Rows of nodes of the multiplier side.
     pub fn own_rows(&self) -> &[Row] {
         &self.rows[..self.n_own]
@@ -374,13 +402,18 @@ impl Shares {
                 });
                 shares.body_rows[place].push(BodyRow { terms: terms.collect() });
             }
+            if data.law.is_frictional() {
+                let tangential: Vec<BodyRow> = shares.body_rows[place][first..].iter().map(turned).collect();
+                shares.body_rows[place].extend(tangential);
+            }
             let rows = first..shares.body_rows[place].len();
             let watched = data.watched[column].clone();
             shares.ends.push(End { pair, multiplier: is_multiplier, body: place, rows, watched });
             shares.rows.push(match is_multiplier {
                 true => PairRows {
-                    gap: data.rows.iter().map(|row| row.gap).collect(),
-                    area: data.rows.iter().map(|row| row.area).collect(),
+                    gap: data.on_all_rows(data.rows.iter().map(|row| data.gap_of(row)), |_| 0.0),
+                    law: data.law,
+                    area: data.on_all_rows(data.rows.iter().map(|row| row.area), |area| area),
                     stiffness: thickness / (1.0 / data.moduli[0] + 1.0 / data.moduli[1]),
                     compliance_ratio: data.moduli[1] / data.moduli[0],
                     mortar_is_coarse: data.mortar_nodes < data.rows.len(),
@@ -394,6 +427,12 @@ impl Shares {
         }
         shares
     }
+}
+
+/// The tangential functional of a normal one: outwards turned by 90 degrees against the clock, so that both sides' vectors add up
+/// to zero as before.
+fn turned(row: &BodyRow) -> BodyRow {
+    BodyRow { terms: row.terms.iter().map(|&(node, [x, y, z])| (node, [-y, x, z])).collect() }
 }
 
 /// Both surfaces of each end's pair, own side first. Collective on the roots.
