@@ -2,8 +2,8 @@
 use super::body::{surface_error, within};
 use super::reader::{Field, Fields, all};
 use super::{
-    AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Driver, Gap, Law, OutputCase, ProbeCase,
-    StressComponent, SurfaceName, Transfer, nearest,
+    AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Driver, Gap, Law, OutputCase,
+    ProbeCase, StressComponent, SurfaceName, Transfer, nearest,
 };
 
 /// A body as others refer to it.

@@ -624,7 +624,12 @@ with the gap that there is between the nodes of the meshes.",
                 is("none"),
                 "Coefficient of friction mu of Amontons' and Coulomb's law; 0 is no friction.",
             ),
-            key("shear", Number(D::PRESSURE), is("none"), "Bound of the tangential traction of `law = \"tresca\"`."),
+            key(
+                "shear",
+                Number(D::PRESSURE),
+                is("none"),
+                "Bound of the tangential traction of `law = \"tresca\"`.",
+            ),
             key(
                 "geometry",
                 Choice(&["initial", "updated"]),

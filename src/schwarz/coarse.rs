@@ -294,7 +294,8 @@ impl Coarse {
             if (0..n).all(|k| residual[k].abs() <= 1e-12 * (self.work[k].abs() + total)) {
                 break;
             }
-            let active: Vec<bool> = (0..r.len()).map(|j| resists[j] == Resists::Always || r[j] > 0.0).collect();
+            let active: Vec<bool> =
+                (0..r.len()).map(|j| resists[j] == Resists::Always || r[j] > 0.0).collect();
             let projector = self.projector(exchange, &active);
             let b = DVector::from_vec(residual);
             // Where nothing resists yet the bodies go along with the load; elsewhere a Newton step.
@@ -302,7 +303,9 @@ impl Coarse {
                 projector.unrestrained.iter().fold(DVector::zeros(n), |d, v| d + v * v.dot(&b));
             let drifting = drift.norm() > 1e-9 * b.norm();
             let direction = if drifting { drift } else { &projector.inverse * &b };
-            let Some(step) = self.line_search(exchange, [gap, &alpha, direction.as_slice()], resists, drifting) else {
+            let Some(step) =
+                self.line_search(exchange, [gap, &alpha, direction.as_slice()], resists, drifting)
+            else {
                 return Err(direction.as_slice().to_vec());
             };
             alpha.iter_mut().zip(direction.iter()).for_each(|(a, d)| *a += step * d);

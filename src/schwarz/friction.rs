@@ -73,9 +73,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             // What the bodies really answer; what the dense problem takes it for.
             let [own, other] = self.coupling.force_step(&self.force)?;
             self.gap = (0..self.coupling.n).map(|j| self.g_free[j] + own[j] + other[j]).collect();
-            let residual: Vec<f64> = (0..self.coupling.n)
-                .map(|j| if self.active[j] { self.gap_at(j) } else { 0.0 })
-                .collect();
+            let residual: Vec<f64> =
+                (0..self.coupling.n).map(|j| if self.active[j] { self.gap_at(j) } else { 0.0 }).collect();
             let scales = self.scales();
             let [rows, joint] = self.size(&residual, &scales);
             self.residual = if scales.all > 0.0 { larger(rows, joint) / scales.all } else { rows };
@@ -128,7 +127,11 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         for (rows, range) in std::iter::zip(self.rows, &self.coupling.ranges) {
             let (n, law) = (rows.n_normal(), rows.law);
             let bonded = law == crate::contact::Law::Tied;
-            resists[range.start..range.start + n].fill(if bonded { Resists::Always } else { Resists::Pressed });
+            resists[range.start..range.start + n].fill(if bonded {
+                Resists::Always
+            } else {
+                Resists::Pressed
+            });
             if law.is_frictional() {
                 let never = law.friction().is_finite();
                 resists[range.start + n..range.end].fill(if never { tangential } else { Resists::Always });
@@ -139,7 +142,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
 
     /// This rank's normal rows.
     pub(super) fn normals(&self) -> Vec<usize> {
-        let of_end = |(rows, range): (&super::PairRows, &Range<usize>)| range.start..range.start + rows.n_normal();
+        let of_end =
+            |(rows, range): (&super::PairRows, &Range<usize>)| range.start..range.start + rows.n_normal();
         std::iter::zip(self.rows, &self.coupling.ranges).flat_map(of_end).collect()
     }
 
@@ -160,7 +164,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
 
     /// Gathers the compliance and the laws of all pairs. Collective on the roots.
     fn dense(&self) -> Result<Dense> {
-        let (coupling, exchange, n_pairs) = (&*self.coupling, self.coupling.exchange, self.recorder.n_pairs());
+        let (coupling, exchange, n_pairs) =
+            (&*self.coupling, self.coupling.exchange, self.recorder.n_pairs());
         let mut counts = vec![[0.0; 2]; n_pairs + 1];
         for (end, rows) in std::iter::zip(coupling.ends, self.rows).filter(|(end, _)| end.multiplier) {
             counts[end.pair] = [end.rows.len() as f64, rows.n_normal() as f64];
@@ -176,7 +181,9 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let begins: Vec<usize> =
             (0..=n_pairs).map(|p| counts[..p].iter().map(|c| c[1]).sum::<f64>() as usize).collect();
         exchange.agree(match missing {
-            true => Err(Error::input("friction needs bodies that answer condensed: leave 'response' at automatic")),
+            true => Err(Error::input(
+                "friction needs bodies that answer condensed: leave 'response' at automatic",
+            )),
             false => Ok(()),
         })?;
         let nodes: Vec<Range<usize>> = (0..n_pairs).map(|p| begins[p]..begins[p + 1]).collect();

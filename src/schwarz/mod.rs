@@ -31,8 +31,8 @@ pub mod weights;
 
 pub use alternation::{Alternation, Measures};
 pub use coarse::{Coarse, Projector};
-pub use frictional::Touch;
 pub use coupling::{Coupling, End, Interpolated, PairRows, Share, Steps};
+pub use frictional::Touch;
 pub use respond::{Respond, Spring};
 pub use state::{ActiveSet, Ended, Limits, MeshError, Outcome};
 pub use tolerance::AUTOMATIC;

@@ -196,7 +196,8 @@ impl Engine {
             if updated {
                 self.follow(scene, &place)?;
             }
-            let (driven, solution) = self.drive(scene, target, (&begun, &from.pairs), &warm, &mut progress)?;
+            let (driven, solution) =
+                self.drive(scene, target, (&begun, &from.pairs), &warm, &mut progress)?;
             let before = std::mem::replace(&mut found, driven);
             found.prepend(before);
             let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());
@@ -418,7 +419,8 @@ impl Engine {
             }
             Some(contacts) => {
                 let names = |b: usize, k: usize| self.bodies[b].mode_name(k);
-                let task = Task { scene: *scene, target, from, before, warm, modes: &self.modes, names: &names };
+                let task =
+                    Task { scene: *scene, target, from, before, warm, modes: &self.modes, names: &names };
                 let outcome = contacts.solve(&task, &self.neutral, &mut self.responses, progress);
                 self.responses.iter().for_each(Response::finish);
                 outcome

@@ -3,7 +3,7 @@ use super::{
     found::{EndFound, Found},
     neutral::Neutral,
     place::Place,
-    rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
+    rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion, turned},
     state::{NodeState, PairState, State},
     task::{Influence, Scene, Solution, Task},
 };
@@ -24,7 +24,8 @@ use crate::{
     record::{HistoryRow, Reason},
     scene::{ContactSide, Plan},
     schwarz::{
-        AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Limits, Outcome, PairRows, Projector, Respond, Touch,
+        AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Limits, Outcome, PairRows, Projector, Respond,
+        Touch,
     },
 };
 use nalgebra::DMatrix;
@@ -374,7 +375,9 @@ impl Contacts {
         let known = State::nodes(pairs);
         let plan = task.scene.plan;
         let of_end = |(i, end): (usize, &End)| -> Vec<Option<NodeState>> {
-            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else { return Vec::new() };
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
+                return Vec::new();
+            };
             let nodes = pair.own_rows().iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
             let of_node = |node| known.get(&(end.pair, plan.ends[i].side, node)).copied();
             nodes.map(of_node).chain(pair.rows[pair.n_own..].iter().map(|_| None)).collect()
@@ -392,8 +395,9 @@ impl Contacts {
             };
             let u = self.at_surface(&plan.surfaces[i], end.body, task.from);
             let column = usize::from(!end.multiplier);
-            let along = |(node, [x, y, _]): &(u32, [f64; 3])| x * u[*node as usize][1] - y * u[*node as usize][0];
-            pair.rows.iter().map(|row| row.terms[column].iter().map(along).sum()).collect()
+            let along =
+                |row: &Row| turned(&row.terms[column]).iter().map(|(k, v)| dot(v, &u[*k as usize])).sum();
+            pair.rows.iter().map(along).collect()
         };
         let mut own: Vec<Vec<f64>> = self.shares.ends.iter().enumerate().map(own).collect();
         let out: Vec<Vec<f64>> = std::iter::zip(&self.shares.ends, &own)
@@ -401,7 +405,8 @@ impl Contacts {
             .collect();
         let received = exchange.swap(&out);
         for ((end, own), other) in std::iter::zip(&self.shares.ends, &mut own).zip(received) {
-            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier && !own.is_empty()) else {
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier && !own.is_empty())
+            else {
                 own.clear();
                 continue;
             };
@@ -488,7 +493,9 @@ impl Contacts {
         let states: Vec<Vec<NodeState>> = (0..ranges.len())
             .map(|i| {
                 let end = &self.shares.ends[i];
-                let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else { return Vec::new() };
+                let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
+                    return Vec::new();
+                };
                 let range = ranges[i].clone();
                 let touch = driver.touch(range.clone());
                 node_states(pair, &plan.surfaces[i], &out[i], &gaps[range], &touch, &before[i])
@@ -519,7 +526,9 @@ impl Contacts {
             let range = ranges[i].clone();
             let of_range = [&gaps[range.clone()], &elastic[range]];
             let states = &states[i];
-            found.ends.push(EndFound::of_multipliers(surface, end.pair, side, pair, values, of_range, states));
+            found
+                .ends
+                .push(EndFound::of_multipliers(surface, end.pair, side, pair, values, of_range, states));
             solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
         }
         (found, solution)
@@ -625,7 +634,9 @@ impl Contacts {
         for end in self.shares.ends.iter().filter(|end| end.multiplier) {
             let first = next;
             next += end.rows.len();
-            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law != Law::Tied) else { continue };
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law != Law::Tied) else {
+                continue;
+            };
             let near = (0..pair.rows.len()).filter(|j| active[first + j] || gaps[first + j] < pair.doubt[*j]);
             let doubt = near.map(|j| pair.doubt[j]).fold(0.0, larger);
             let elastic = elastic[first..first + pair.rows.len()].iter().copied().fold(0.0, larger);

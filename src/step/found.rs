@@ -1,5 +1,9 @@
 //! What a driver found, end by end of the pairs, whichever driver it was.
-use super::{length::contact_length, rows::Pair, state::NodeState};
+use super::{
+    length::contact_length,
+    rows::{Pair, turned},
+    state::NodeState,
+};
 use crate::vector::{larger, worst};
 use crate::{
     contact::{Surface, vector::combine},
@@ -188,10 +192,8 @@ impl EndFound {
         let mut table = empty_table(surface);
         table.tangential = data.law.is_frictional().then(|| no_slip(surface));
         let (force, along) = force.split_at(data.rows.len());
-        for (j, (row, along)) in std::iter::zip(&data.rows, along).enumerate() {
-            if !data.watched[1].contains(&j) {
-                add_forces(&mut table, &turned(&row.terms[1]), *along);
-            }
+        for (row, along) in std::iter::zip(&data.rows, along) {
+            add_forces(&mut table, &turned(&row.terms[1]), *along);
         }
         for (j, (row, force)) in std::iter::zip(&data.rows, force).enumerate() {
             if data.watched[1].contains(&j) {
@@ -223,7 +225,8 @@ impl EndFound {
                 tangential.traction[i] = of(&|j| -along[j] / data.rows[j].area, 0.0);
                 tangential.slip[i] = of(&|j| states[j][1], 0.0);
                 // Between two nodes that slip.
-                let slips = rows.iter().filter(|(_, weight)| *weight > 0.0).all(|(row, _)| row.is_some_and(slides));
+                let slips =
+                    rows.iter().filter(|(_, weight)| *weight > 0.0).all(|(row, _)| row.is_some_and(slides));
                 if slips && table.status[i] == IN_CONTACT {
                     table.status[i] = SLIPS;
                 }
@@ -270,11 +273,6 @@ pub(crate) fn empty_table(surface: &Surface) -> SideTable {
 fn no_slip(surface: &Surface) -> Tangential {
     let n = surface.nodes.len();
     Tangential { traction: vec![0.0; n], slip: vec![0.0; n] }
-}
-
-/// Vectors of a normal row turned by 90 degrees against the clock: those of the tangential one.
-pub(super) fn turned(terms: &[(u32, [f64; 3])]) -> Vec<(u32, [f64; 3])> {
-    terms.iter().map(|&(node, [x, y, z])| (node, [-y, x, z])).collect()
 }
 
 /// Adds the force -f v_i at the nodes of a row.

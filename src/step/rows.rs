@@ -5,7 +5,10 @@ use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
     case::{BodyRef, Case, ContactCase, Driver, Gap, RigidShape, Transfer},
-    contact::{Conjugate, Law, Pairing, Row, Search, Surface, mortar, pointwise, vector::dot},
+    contact::{
+        Conjugate, Law, Pairing, Row, Search, Surface, mortar, pointwise,
+        vector::{dot, sub},
+    },
     error::Result,
     material::LinearElastic,
     parallel::Exchange,
@@ -167,7 +170,10 @@ fn one_pair(
         .map(|(row, acts)| (closed(row, &contact.gap, [own, other]), acts))
         .partition(|(row, _)| row.gap <= reach);
     let watched = [0, 1].map(|side| (0..near.len()).filter(|&j| !near[j].1[side]).collect::<Vec<usize>>());
-    let rows: Vec<Row> = near.into_iter().map(|(row, _)| row).collect();
+    let mut rows: Vec<Row> = near.into_iter().map(|(row, _)| row).collect();
+    if contact.law.is_frictional() {
+        between_normals(&mut rows, own, other);
+    }
     let n_own = rows.len() - watched[0].len();
     let doubts = [own, other].map(Surface::sagitta_in_doubt);
     let of_nodes = |side: usize, row: &Row| {
@@ -178,14 +184,12 @@ fn one_pair(
     nodes.sort_unstable();
     nodes.dedup();
     let rigid = rigid_motion(case, pair, 1 - multiplier);
-    let along = |u: [f64; 3]| {
-        rows.iter().map(move |row| rigid.map_or(0.0, |_| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()))
-    };
-    let mut rigid_motion: Vec<f64> = along(rigid.unwrap_or_default()).collect();
+    let u = rigid.unwrap_or_default();
+    let mut rigid_motion: Vec<f64> =
+        rows.iter().map(|row| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()).collect();
     if contact.law.is_frictional() {
-        // n turned forwards times u is n times u turned back.
-        let [x, y, z] = rigid.unwrap_or_default();
-        rigid_motion.extend(along([y, -x, z]));
+        let slides = |row: &Row| turned(&row.terms[1]).iter().map(|(_, v)| dot(v, &u)).sum::<f64>();
+        rigid_motion.extend(rows.iter().map(slides));
     }
     Pair {
         law: contact.law,
@@ -287,6 +291,28 @@ impl Pair {
         };
         self.watched[side].iter().map(of_row).collect()
     }
+}
+
+/// Gives rows the mean of both surfaces' normals: where these are curved, what the pressure has along the mean of them would be
+/// taken for friction, and what closes the gap for slip.
+fn between_normals(rows: &mut [Row], own: &Surface, other: &Surface) {
+    let search = Search::new(other);
+    for row in rows {
+        let Some(found) = search.closest(&own.points[row.node as usize], &row.normal) else { continue };
+        let mean = sub(&row.normal, &found.normal);
+        let size = dot(&mean, &mean).sqrt();
+        let (before, normal) = (row.normal, mean.map(|n| n / size));
+        for (_, v) in row.terms.iter_mut().flatten() {
+            let weight = dot(v, &before);
+            *v = normal.map(|n| weight * n);
+        }
+        row.normal = normal;
+    }
+}
+
+/// The vectors of a normal row turned by 90 degrees against the clock: those of its tangential row, which add up to zero as well.
+pub(super) fn turned<K: Copy>(terms: &[(K, [f64; 3])]) -> Vec<(K, [f64; 3])> {
+    terms.iter().map(|&(node, [x, y, z])| (node, [-y, x, z])).collect()
 }
 
 /// Of each node of `mortar`: the nodes of `multiplier` on either side of the closest point, and their weights; `None` where
@@ -403,7 +429,8 @@ impl Shares {
                 shares.body_rows[place].push(BodyRow { terms: terms.collect() });
             }
             if data.law.is_frictional() {
-                let tangential: Vec<BodyRow> = shares.body_rows[place][first..].iter().map(turned).collect();
+                let along = |row: &BodyRow| BodyRow { terms: turned(&row.terms) };
+                let tangential: Vec<BodyRow> = shares.body_rows[place][first..].iter().map(along).collect();
                 shares.body_rows[place].extend(tangential);
             }
             let rows = first..shares.body_rows[place].len();
@@ -427,12 +454,6 @@ impl Shares {
         }
         shares
     }
-}
-
-/// The tangential functional of a normal one: outwards turned by 90 degrees against the clock, so that both sides' vectors add up
-/// to zero as before.
-fn turned(row: &BodyRow) -> BodyRow {
-    BodyRow { terms: row.terms.iter().map(|&(node, [x, y, z])| (node, [-y, x, z])).collect() }
 }
 
 /// Both surfaces of each end's pair, own side first. Collective on the roots.
