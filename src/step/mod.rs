@@ -11,6 +11,7 @@ mod rows;
 mod state;
 mod task;
 mod text;
+mod way;
 
 pub(crate) use advance::{Advanced, Engine, Nodal};
 pub(crate) use contacts::Contacts;
