@@ -263,14 +263,10 @@ at = [0.3, 0.75]
 
 #[test]
 fn automatic_increments_follow_the_contact_and_end_where_the_steps_do() {
-    let auto =
-        "[[step]]\nat = 0.1\n[[step]]\nat = 0.7\nsteps = \"auto\"\n[[step]]\nat = 0.3\nsteps = \"auto\"\n";
-    let table = "[path.down]\nat = [0, 1]\nfactor = [0, 1]\n";
-    let auto = auto.replace("at = 0.3", "at = 1.7").replace("[0, 1]\nfactor = [0, 1]", "");
-    let auto = format!(
-        "{}{auto}",
-        table.replace("[0, 1]", "[0, 1, 2]").replace("factor = [0, 1, 2]", "factor = [0, 1, 0]")
-    );
+    // Down and up again, with the turn in the middle of the last step.
+    let table = "[path.down]\nat = [0, 1, 2]\nfactor = [0, 1, 0]\n[[step]]\nat = 0.1\n";
+    let auto = |at: f64| format!("[[step]]\nat = {at}\nsteps = \"auto\"\n");
+    let auto = table.to_string() + &auto(0.7) + &auto(1.7);
     let (found, results) = solve_on(1, &disc(&auto, ", path = \"down\""), &[]);
     let ends: Vec<[f64; 2]> =
         steps(&found).iter().map(|s| [value(s, "at"), value(s, "paths.down")]).collect();
@@ -306,11 +302,11 @@ fn a_step_that_is_cut_back_ends_as_the_direct_one() {
         text.replace("tolerance = 1e-12", &format!("tolerance = 1e-12\nmax_alternations = {limit}"))
     };
     let direct = solve(&limited(1000, "[[step]]\nsupports = 0.1\n[[step]]\n"));
-    let needed = steps(&direct)[1]["alternations"].as_u64().unwrap() as usize;
-    let first = steps(&direct)[0]["alternations"].as_u64().unwrap() as usize;
-    assert!(first < needed, "{first} {needed}");
+    let of_step = |k: usize| steps(&direct)[k]["alternations"].as_u64().unwrap() as usize;
+    let limit = of_step(0);
+    assert!(limit < of_step(1), "the second step takes more");
     for way in ["", "steps = 2\n", "steps = \"auto\"\n"] {
-        let text = limited(needed * 2 / 3, &format!("[[step]]\nsupports = 0.1\n[[step]]\n{way}"));
+        let text = limited(limit, &format!("[[step]]\nsupports = 0.1\n[[step]]\n{way}"));
         let (found, results) = solve_on(1, &text, &[]);
         let least = if way.contains('2') { 2 } else { 1 };
         assert!(steps(&found)[1]["increments"].as_u64().unwrap() > least, "{found}");
@@ -325,16 +321,26 @@ fn a_step_that_is_cut_back_ends_as_the_direct_one() {
 fn what_was_reached_is_kept_and_told() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("case.toml");
-    // Beyond half of the load nothing holds the upper block down.
-    let text = punch("", ", path = \"lift\"").replace("traction = [0, 4e7]", "traction = [0, 1.6e8]");
-    let text =
-        text + "[path.lift]\nat = [0, 1]\nfactor = [0, 1]\n[[step]]\nname = \"up\"\nat = 1\nsteps = 4\n";
+    // From 0.467 of the pull on nothing holds the upper block down.
+    let text = punch("", ", path = \"lift\"").replace("traction = [0, 4e7]", "traction = [0, 1.5e8]");
+    let text = text
+        + "[path.lift]\nat = [1, 2]\nfactor = [0, 1]\n[[step]]\nname = \"press\"\nat = 1\n[[step]]\nname = \"up\"\nat = 2\nsteps = 4\n";
     std::fs::write(&file, &text).unwrap();
     let out = directory.path().join("out");
     let ran = run(1, &file, &out, &[]);
     let said = String::from_utf8_lossy(&ran.stderr);
     assert_eq!(ran.status.code(), Some(4), "{said}");
-    assert!(said.contains("the load got to loads = 0.") && said.contains(", path lift = 0."), "{said}");
+    assert!(
+        said.contains("; the load got to loads = 1, supports = 1, temperature = 1, path lift = 0.453125"),
+        "{said}"
+    );
+    let results = Results::read(&out.join(RESULT)).unwrap();
+    let [press, up] = results.run.steps.as_deref().unwrap() else { panic!("increments are no steps") };
+    assert_eq!((press.name.as_deref(), press.paths["lift"]), (Some("press"), 0.0));
+    assert_eq!((up.name.as_deref(), up.paths["lift"], up.at), (None, 0.453125, Some(1.453125)));
+    assert!(
+        up.increments == 4 && results.history.last().is_some_and(|row| (row.step, row.increment) == (2, 4))
+    );
 }
 
 #[test]

@@ -46,7 +46,7 @@ impl PathTable {
 pub(super) struct Paths {
     names: Vec<String>,
     followed: RefCell<BTreeSet<usize>>,
-    /// True if a name that something follows is not known: which path it means is not, either.
+    /// True if something follows a path that is not known: which one it means is not, either.
     unsure: Cell<bool>,
 }
 
@@ -67,7 +67,10 @@ impl Paths {
 
     /// The path that a load, a support, a temperature or a motion follows, if it follows one.
     pub fn followed_by(&self, fields: &Fields<'_>) -> Option<usize> {
-        let name = fields.name("path")?;
+        let Some(name) = fields.name("path") else {
+            self.unsure.set(self.unsure.get() || fields.has("path"));
+            return None;
+        };
         let known: Vec<&str> = self.names.iter().map(String::as_str).collect();
         match known.iter().position(|known| *known == name) {
             Some(index) => {

@@ -292,6 +292,7 @@ mesh.half_disc.angle = { from = -30, to = 30, cells = 2 }
 name = "a"
 material = { young = 1, poisson = 0 }
 mesh.disc = { radius = 1, quarter = 2, depth = { to = 0.3, cells = 1 } }
+temperature = { value = 300, path = "p" }
 [[body]]
 name = "b"
 material = { young = 1, poisson = 0 }

@@ -691,7 +691,7 @@ one before. It starts from the contact state that the one before has found. With
 all factors 1. What follows a [load path](#pathname) has the factor of the path instead.\n\n\
 The way to the end of a step may be divided into increments, `steps = 10` equal ones or `steps = \"auto\"`. On the way all \
 factors change linearly, those of a path with a table as the table says over the path parameter, which changes linearly. An \
-increment that finds no solution is halved, and its halves again, down to a 16th of the step. `auto` begins with the whole \
+increment that finds no solution is halved, and its halves again, down to a 16th of it. `auto` begins with the whole \
 step and stops at every row of a table; an increment is also halved, down to a 64th of the step, if in a pair that was in \
 contact more than a fifth of the candidate nodes (and more than one) open or close in it, and the next one is twice as large \
 if less than half as many did. The last increment ends exactly at the end of the step. Result file, pictures and `steps` of the \
