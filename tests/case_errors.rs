@@ -688,7 +688,7 @@ fn paths_that_are_wrong() {
         ),
         (
             "[path.preload]\nat = [0, 1]\nfactor = [0, 2]\n",
-            "path.preload = 3\n",
+            "[path]\npreload = 3\n",
             "path.preload: 3 is an integer; a table is needed",
         ),
         (

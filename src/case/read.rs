@@ -134,7 +134,7 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     let steps = fields.tables("step");
     refuse_duplicates(&steps, "steps");
     let path_cases = path::read_all(&fields, &paths);
-    let steps = step::read_all(&steps, &paths, &path_cases);
+    let steps = step::read_all(&steps, &paths, &path_cases, fields.has("path"));
     let probes = fields.tables("probe");
     refuse_duplicates(&probes, "probes");
     let probes = all(probes.iter().map(|table| contact::probe(table, named)));
@@ -290,7 +290,7 @@ mesh.half_disc.angle = { from = -30, to = 30, cells = 2 }
         r#"analysis = "plane stress"
 [[body]]
 name = "a"
-material = { young = 1, poisson = 0 }
+material = { young = 1, poisson = 0, expansion = 0, reference_temperature = 300 }
 mesh.disc = { radius = 1, quarter = 2, depth = { to = 0.3, cells = 1 } }
 temperature = { value = 300, path = "p" }
 [[body]]

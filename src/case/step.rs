@@ -60,9 +60,13 @@ impl StepCase {
     }
 }
 
-/// Reads the steps. A factor that a step does not give is 1, that of a path is as it was after the step before, at first 0.
-pub(super) fn read_all(tables: &[Fields<'_>], paths: &Paths, cases: &[PathCase]) -> Option<Vec<StepCase>> {
-    let has_tables = cases.iter().any(|path| path.table.is_some());
+/// Reads the steps; `has_tables`: there are paths with tables, right or wrong. A factor that a step does not give is 1, that of a path is as it was after the step before, at first 0.
+pub(super) fn read_all(
+    tables: &[Fields<'_>],
+    paths: &Paths,
+    cases: &[PathCase],
+    has_tables: bool,
+) -> Option<Vec<StepCase>> {
     let (mut at, mut factors) = (0.0, vec![0.0; cases.len()]);
     let mut steps = Vec::new();
     for fields in tables {
