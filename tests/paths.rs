@@ -343,6 +343,47 @@ fn what_was_reached_is_kept_and_told() {
     );
 }
 
+/// Followed geometry, a rigid motion on a path, and two ranks that have to agree on the increments.
+#[test]
+fn a_followed_surface_and_two_ranks_go_the_same_way() {
+    let updated = |text: String| {
+        text.replace("name = \"c\"", "name = \"c\"\ngeometry = \"updated\"").replace("1e-12", "1e-11")
+    };
+    let table =
+        "[path.down]\nat = [0, 1]\nfactor = [0, 1]\n[[step]]\nat = 0.2\n[[step]]\nat = 1\nsteps = \"auto\"\n";
+    let (found, _) = solve_on(1, &updated(disc(table, ", path = \"down\"")), &[]);
+    let direct = solve(&updated(disc("[[step]]\n", "")));
+    assert!(steps(&found)[1]["increments"].as_u64().unwrap() > 1);
+    assert_close(&at_probes(&found), &at_probes(&direct), 1e-8);
+    // The block rocks under the moving weight of its load.
+    let lift = "[path.push]\nat = [0, 1, 2]\nfactor = [0, 1, -3]\n[[step]]\nat = 1\n[[step]]\nat = 2\nsteps = \"auto\"\n";
+    let text = punch("", ", path = \"push\"") + lift;
+    let [one, two] = [1, 2].map(|ranks| solve_on(ranks, &text, &[]));
+    let increments = |found: &Value| steps(found)[1]["increments"].as_u64().unwrap();
+    assert!(increments(&one.0) > 1 && increments(&one.0) == increments(&two.0), "{}", increments(&one.0));
+    assert_close(&at_probes(&two.0), &at_probes(&one.0), 1e-10);
+    check_history(&two.0, &two.1);
+}
+
+/// Increments cost neither memory nor room in the file, but for their history.
+#[test]
+fn file_and_memory_do_not_depend_on_the_number_of_increments() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("case.toml");
+    let [one, many] = [1, 40].map(|n| {
+        let text = punch("", "").replace("cells = 29", "cells = 100").replace("cells = 13", "cells = 60");
+        std::fs::write(&file, format!("{text}[[step]]\nsteps = {n}\n")).unwrap();
+        let out = directory.path().join(n.to_string());
+        assert_eq!(run(1, &file, &out, &[]).status.code(), Some(0));
+        let found = summary(&out);
+        assert_eq!(steps(&found)[0]["increments"], n);
+        let size = std::fs::metadata(out.join(RESULT)).unwrap().len();
+        (size as f64, value(&found, "peak_memory_mb"))
+    });
+    assert!((many.0 - one.0).abs() < 0.1 * one.0, "{one:?} {many:?}");
+    assert!((many.1 / one.1 - 1.0).abs() < 0.05, "{one:?} {many:?}");
+}
+
 #[test]
 fn check_lists_the_paths() {
     let text = block("press", "push", "", "s", "t")

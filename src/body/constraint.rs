@@ -277,4 +277,18 @@ mod tests {
         assert_eq!(rows.len(), 1);
         assert!(add_row(&mut rows, row(0.3, 2e-3)).is_err());
     }
+
+    #[test]
+    fn supports_of_different_paths_meet_in_different_directions_only() {
+        let on = |path, row| Condition { path: Some(path), ..row };
+        let mut rows = vec![on(0, row(0.3, 1e-3))];
+        assert!(add_row(&mut rows, on(0, row(0.3, 1e-3))).is_ok());
+        let error = add_row(&mut rows, on(1, row(0.3, 1e-3))).unwrap_err();
+        assert!(error.contains("follow different paths"), "{error}");
+        assert!(add_row(&mut rows, row(0.3, 1e-3)).is_err());
+        assert!(add_row(&mut rows, on(1, row(1.2, 1e-3))).is_ok());
+        // What is held at zero is so at any factor.
+        let mut rows = vec![on(0, row(0.3, 0.0))];
+        assert!(add_row(&mut rows, on(1, row(0.3, 0.0))).is_ok() && rows.len() == 1);
+    }
 }

@@ -123,7 +123,10 @@ pub(super) fn read(group: &Group, pairs: &[PairTables], steps: Option<usize>) ->
     if let Some(last) = steps {
         step = group.dataset("step")?.read_raw::<u64>()?;
         n = step.iter().take_while(|&&step| step <= last as u64).count();
-        increment = column::<u64>(group, "increment", n)?;
+        // Files of before there were increments have none.
+        if group.link_exists("increment") {
+            increment = column::<u64>(group, "increment", n)?;
+        }
     }
     let count = |name| column::<u64>(group, name, n);
     let real = |name| column::<f64>(group, name, n);

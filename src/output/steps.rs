@@ -103,7 +103,8 @@ pub(super) fn read(file: &File) -> Result<Option<Vec<LoadStep>>> {
     let (names, reasons) = (read_strings(&group.dataset("name")?)?, read_strings(&group.dataset("reason")?)?);
     let (loads, supports, temperature) = (reals("loads")?, reals("supports")?, reals("temperature")?);
     let (alternations, updates) = (counts("alternations")?, counts("updates")?);
-    let increments = counts("increments")?;
+    // Files of before there were increments have none.
+    let increments = if group.link_exists("increments") { counts("increments")? } else { vec![1; n] };
     let at = if group.link_exists("at") { Some(reals("at")?) } else { None };
     let paths = read_paths(&group)?;
     let lengths = [names.len(), reasons.len(), loads.len(), supports.len(), temperature.len()];
