@@ -1,5 +1,5 @@
 //! The way from one load step to the next, and how it is divided into increments.
-use super::state::{PairState, Status};
+use super::state::{NodeState, PairState, Status};
 use crate::{
     body::LoadFactors,
     case::{Increments, PathCase, StepCase},
@@ -127,18 +127,15 @@ impl Pace {
     }
 }
 
-/// Largest share of a pair's candidates that have opened or closed, of pairs that were in contact before. A single node is
+/// Largest share of a pair's candidates whose status has changed, of pairs that were in contact before. A single node is
 /// none: no smaller increment makes less of it. Collective.
 pub(super) fn turnover(before: &[PairState], after: &[PairState], world: &SimpleCommunicator) -> f64 {
     let of_pair = |pair: &PairState| {
         let old = before.iter().find(|old| (old.pair, old.side) == (pair.pair, pair.side))?;
-        let was_closed = |node: &super::state::NodeState| node.status == Status::Closed;
-        let old: HashMap<u32, bool> = old.nodes.iter().map(|node| (node.node, was_closed(node))).collect();
-        let touched = old.values().any(|closed| *closed);
-        let changed = |node: &&super::state::NodeState| {
-            old.get(&node.node).copied().unwrap_or(false) != was_closed(node)
-        };
-        let changed = pair.nodes.iter().filter(changed).count();
+        let touched = old.nodes.iter().any(|node| node.status != Status::Open);
+        let old: HashMap<u32, Status> = old.nodes.iter().map(|node| (node.node, node.status)).collect();
+        let was = |node: &NodeState| old.get(&node.node).copied().unwrap_or(Status::Open);
+        let changed = pair.nodes.iter().filter(|node| node.status != was(node)).count();
         (touched && changed > 1).then(|| changed as f64 / pair.nodes.len() as f64)
     };
     let own = after.iter().filter_map(of_pair).fold(0.0, larger);
