@@ -96,6 +96,8 @@ fn side(k: f64, n: usize) -> SideTable {
         status: (0..n as i32).map(|i| i % 3).collect(),
         multipliers: k == 1.0,
         closed: (k == 2.0).then_some(7.5),
+        tangential: None,
+        bonded: false,
     }
 }
 
@@ -106,11 +108,12 @@ fn pairs(rank: i32, size: i32) -> Vec<PairTables> {
     let [first, last] = [0, size - 1];
     vec![
         PairTables {
+            tangential: false,
             name: "p/1 ä".into(),
             surfaces: surfaces.clone(),
             sides: [on(last, side(1.0, 4)), on(first, side(2.0, 3))],
         },
-        PairTables { name: "q".into(), surfaces, sides: [on(last, side(3.0, 2)), None] },
+        PairTables { tangential: false, name: "q".into(), surfaces, sides: [on(last, side(3.0, 2)), None] },
     ]
 }
 

@@ -39,7 +39,7 @@ pub use study::{QUANTITIES_OF_PAIR, QUANTITIES_OF_PROBE, STRAIN_ENERGY, StudyCas
 
 // Choices that belong to the module that acts on them.
 pub use crate::{
-    contact::{ConjugateRule, Gap},
+    contact::{ConjugateRule, Gap, Law},
     element::Formulation,
     material::{Analysis, MaterialCase, Property},
     mesh::{Grading, Shape},
@@ -117,6 +117,11 @@ pub struct Case {
 }
 
 impl Case {
+    /// True if a pair has tangential forces.
+    pub fn has_friction(&self) -> bool {
+        self.contacts.iter().any(|contact| contact.law.is_frictional())
+    }
+
     /// Number of contact pairs that a body is in.
     pub fn pairs_of(&self, body: BodyRef) -> usize {
         self.contacts.iter().filter(|c| c.surfaces.iter().any(|s| s.body == body)).count()
@@ -315,6 +320,8 @@ pub struct ContactCase {
     pub conjugate: ConjugateRule,
     /// Which configuration normals and gap are taken in.
     pub geometry: ContactGeometry,
+    /// What the surfaces do tangentially.
+    pub law: Law,
     /// Where it is written.
     pub origin: Origin,
 }

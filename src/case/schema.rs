@@ -590,7 +590,7 @@ are, to the last bit.",
     Table {
         name: "contact",
         heading: "`[[contact]]`",
-        about: "A frictionless pair of surfaces of two bodies. `surfaces[0]` is side A. The gap is positive \
+        about: "A pair of surfaces of two bodies. `surfaces[0]` is side A. The gap is positive \
 where the \
 surfaces are apart, negative where they overlap (interference).",
         keys: &[
@@ -623,6 +623,26 @@ surface are no candidates.",
                 "How the point \
 opposite a node is found: closest-point projection, or the intersection of the node's normal with the other \
 surface. Only with `transfer = \"pointwise\"`.",
+            ),
+            key(
+                "law",
+                Choice(&["frictionless", "coulomb", "tresca", "rough", "tied"]),
+                is("\"coulomb\" with `friction`, else \"frictionless\""),
+                "What the surfaces do tangentially. `coulomb`: they slip where the tangential traction reaches `friction` times the \
+pressure; `tresca`: where it reaches `shear`; `rough`: nowhere while they touch; `tied`: they are bonded and do not open either, \
+with the gap that there is between the nodes of the meshes.",
+            ),
+            key(
+                "friction",
+                Number(D::NUMBER),
+                is("none"),
+                "Coefficient of friction mu of Amontons' and Coulomb's law; 0 is no friction.",
+            ),
+            key(
+                "shear",
+                Number(D::PRESSURE),
+                is("none"),
+                "Bound of the tangential traction of `law = \"tresca\"`.",
             ),
             key(
                 "geometry",

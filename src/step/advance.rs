@@ -133,7 +133,7 @@ impl Engine {
             let nodes: Vec<u32> = nodes.into_iter().map(|n| n as u32).collect();
             let kind = match case.bodies[b].response {
                 // It asks for displacements at the active rows alone, and for exact answers.
-                _ if is_relaxed => ResponseKind::Condensed,
+                _ if is_relaxed || case.has_friction() => ResponseKind::Condensed,
                 ResponseCase::Automatic => ResponseKind::Automatic,
                 ResponseCase::Condensed => ResponseKind::Condensed,
                 ResponseCase::Solver => ResponseKind::Solver,
@@ -186,6 +186,7 @@ impl Engine {
         self.load(plan, target)?;
         let updated = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
         let mut place = self.place_of(case, plan, from)?;
+        let begun = place.clone();
         let mut warm = from.pairs.clone();
         let mut found = Found::none();
         let mut end = Nodal::default();
@@ -195,7 +196,8 @@ impl Engine {
             if updated {
                 self.follow(scene, &place)?;
             }
-            let (driven, solution) = self.drive(scene, target, &warm, &mut progress)?;
+            let (driven, solution) =
+                self.drive(scene, target, (&begun, &from.pairs), &warm, &mut progress)?;
             let before = std::mem::replace(&mut found, driven);
             found.prepend(before);
             let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());
@@ -377,8 +379,8 @@ impl Engine {
             }
             if !updated {
                 let (before, surface) = (&plan.surfaces[i], plan.surfaces[i].moved(&moved[i]));
-                let status = &found.ends[i].table.status;
-                let turned = (0..status.len()).filter(|&n| status[n] == 2).map(|n| {
+                let table = &found.ends[i].table;
+                let turned = (0..table.status.len()).filter(|&n| table.touches(n)).map(|n| {
                     let [a, b] = [&before.normals[n], &surface.normals[n]];
                     larger(1.0 - dot(a, b).powi(2), 0.0).sqrt()
                 });
@@ -408,6 +410,7 @@ impl Engine {
         &mut self,
         scene: &Scene,
         target: Target,
+        (from, before): (&Place, &[PairState]),
         warm: &[PairState],
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
@@ -419,7 +422,8 @@ impl Engine {
             }
             Some(contacts) => {
                 let names = |b: usize, k: usize| self.bodies[b].mode_name(k);
-                let task = Task { scene: *scene, target, warm, modes: &self.modes, names: &names };
+                let task =
+                    Task { scene: *scene, target, from, before, warm, modes: &self.modes, names: &names };
                 let outcome = contacts.solve(&task, &self.neutral, &mut self.responses, progress);
                 self.responses.iter().for_each(Response::finish);
                 outcome

@@ -3,8 +3,8 @@ use super::{
     found::{EndFound, Found},
     neutral::Neutral,
     place::{Place, rigid_factor},
-    rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
-    state::{NodeState, PairState, State, Status},
+    rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion, turned},
+    state::{NodeState, PairState, State},
     task::{Influence, Scene, Solution, Task},
 };
 use crate::vector::{self, larger, ratio, smaller, worst};
@@ -12,7 +12,7 @@ use crate::{
     body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
     case::{Case, ContactGeometry, Driver, Gap, Tolerance},
     contact::{
-        Row, Surface,
+        Law, Row, Surface,
         vector::{dot, sub},
     },
     error::{Error, Result},
@@ -25,6 +25,7 @@ use crate::{
     scene::{ContactSide, Plan},
     schwarz::{
         AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Limits, Outcome, PairRows, Projector, Respond,
+        Touch,
     },
 };
 use nalgebra::DMatrix;
@@ -85,12 +86,13 @@ impl Contacts {
                 ContactGeometry::Updated => "updated",
             };
             format!(
-                "contact {}: {} candidates, {}; multipliers on {}.{}, frictionless, {} transfer, {geometry} geometry",
+                "contact {}: {} candidates, {}; multipliers on {}.{}, {}, {} transfer, {geometry} geometry",
                 contact.name,
                 rows.len(),
                 gap_in_words(rows),
                 case.body_name(name.body),
                 name.surface,
+                contact.law.describe(),
                 case.alternation.transfer.name(),
             )
         })
@@ -249,8 +251,8 @@ impl Contacts {
         responses: &mut [Response],
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
-        let warm = self.known_forces(task);
-        let known = warm.iter().any(|f| *f != 0.0);
+        let warm = self.known(task, task.warm);
+        let known = warm.iter().flatten().flatten().any(|node| node.force != 0.0);
         let known = task.scene.exchange.max(&[f64::from(u8::from(known))])[0] > 0.0;
         if !known {
             return self.solve_from(task, neutral, responses, None, progress);
@@ -266,17 +268,19 @@ impl Contacts {
         Ok((found, solution))
     }
 
-    /// Runs the driver once; `warm`: row forces to begin with. Collective on the roots.
+    /// Runs the driver once; `warm`: what is known of the nodes, to begin with. Collective on the roots.
     fn solve_from(
         &self,
         task: &Task,
         neutral: &[Neutral],
         responses: &mut [Response],
-        warm: Option<&[f64]>,
+        warm: Option<&[Vec<Option<NodeState>>]>,
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
         let Scene { case, plan, exchange } = task.scene;
         let rows = self.rows_of_step(task);
+        let touch = warm.map(|warm| self.known_states(warm));
+        let warm = warm.map(|warm| self.known_forces(warm));
         let mut coupling = Coupling::new(responses, &self.shares.ends, exchange);
         coupling.names = plan.groups.bodies().iter().map(|&b| case.bodies[b].name.clone()).collect();
         let scaling: Vec<f64> =
@@ -291,7 +295,7 @@ impl Contacts {
         let limits = Limits { tolerance: start, max_alternations: case.alternation.max_alternations };
         let n_pairs = case.contacts.len();
         let number = task.target.number;
-        let warm = warm.map(|warm| with_springs(warm, &coarse, exchange));
+        let warm = warm.map(|warm| with_springs(&warm, &coarse, exchange));
         let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, n_pairs, number);
         let chains: Vec<Chain> =
             if automatic { plan.surfaces.iter().map(Chain::new).collect() } else { Vec::new() };
@@ -310,6 +314,7 @@ impl Contacts {
         }
         let mut not_finite = None;
         let ended = match case.alternation.driver {
+            Driver::ActiveSet if case.has_friction() => driver.run_with_friction(touch.as_deref(), progress),
             Driver::ActiveSet => driver.run(warm.as_deref(), progress),
             Driver::Relaxed(weights) => driver.relax(weights, warm.as_deref(), progress).map(Ended::Outcome),
         };
@@ -338,7 +343,8 @@ impl Contacts {
         }
         let converged = outcome.reason.converged();
         let (mut found, mut solution) = self.report(task, &driver, &projector, outcome);
-        if converged && task.target.is_end {
+        // What decides a peak is not told by a symmetric dual problem where surfaces slip.
+        if converged && task.target.is_end && !case.has_friction() {
             solution.influences = self.influences(task, &mut driver)?;
         }
         // All first ranks have agreed on it.
@@ -350,11 +356,16 @@ impl Contacts {
     fn rows_of_step(&self, task: &Task) -> Vec<PairRows> {
         let case = task.scene.case;
         let mut rows = self.shares.rows.clone();
+        let travelled = if case.has_friction() { self.travelled(task) } else { Vec::new() };
         for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let Some(pair) = &self.pairs[end.pair] else { continue };
             let updated = case.contacts[end.pair].geometry == ContactGeometry::Updated;
-            if let (true, Some(gaps)) = (updated, &self.gaps) {
-                rows[i].gap = gaps[i].clone();
+            if let (true, Some(gaps)) = (updated && pair.law != Law::Tied, &self.gaps) {
+                rows[i].gap[..gaps[i].len()].copy_from_slice(&gaps[i]);
+            }
+            if pair.law.is_frictional() {
+                rows[i].gap.truncate(pair.rows.len());
+                rows[i].gap.extend(&travelled[i]);
             }
             let factor = rigid_factor(case, task.target.factors, end.pair, 1 - pair.multiplier);
             std::iter::zip(&mut rows[i].gap, &pair.rigid_motion)
@@ -363,20 +374,73 @@ impl Contacts {
         rows
     }
 
-    /// Forces of the rows that are known: they go with the nodes of the multipliers.
-    fn known_forces(&self, task: &Task) -> Vec<f64> {
-        let known = State::forces(task.warm);
+    /// What is known of the nodes of the multipliers, in the order of the row vector's ends; `None`: of the other side's own nodes.
+    fn known(&self, task: &Task, pairs: &[PairState]) -> Vec<Vec<Option<NodeState>>> {
+        let known = State::nodes(pairs);
         let plan = task.scene.plan;
-        let mut forces = Vec::new();
-        for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
-            let Some(pair) = &self.pairs[end.pair] else { continue };
+        let of_end = |(i, end): (usize, &End)| -> Vec<Option<NodeState>> {
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
+                return Vec::new();
+            };
             let nodes = pair.own_rows().iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
-            let key = |node| (end.pair, plan.ends[i].side, node);
-            forces.extend(nodes.map(|node| known.get(&key(node)).copied().unwrap_or(0.0)));
-            // Of the other side's own nodes nothing is known.
-            forces.extend(pair.rows[pair.n_own..].iter().map(|_| 0.0));
+            let of_node = |node| known.get(&(end.pair, plan.ends[i].side, node)).copied();
+            nodes.map(of_node).chain(pair.rows[pair.n_own..].iter().map(|_| None)).collect()
+        };
+        self.shares.ends.iter().enumerate().map(of_end).collect()
+    }
+
+    /// How far the surfaces had slipped along each other at the last accepted state, seen from the rows as they are, per end,
+    /// m: on multiplier ends of pairs with tangential rows, empty elsewhere. Collective on the roots.
+    fn travelled(&self, task: &Task) -> Vec<Vec<f64>> {
+        let Scene { plan, exchange, .. } = task.scene;
+        let own = |(i, end): (usize, &End)| -> Vec<f64> {
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law.is_frictional()) else {
+                return Vec::new();
+            };
+            let u = self.at_surface(&plan.surfaces[i], end.body, task.from);
+            let column = usize::from(!end.multiplier);
+            let along =
+                |row: &Row| turned(&row.terms[column]).iter().map(|(k, v)| dot(v, &u[*k as usize])).sum();
+            pair.rows.iter().map(along).collect()
+        };
+        let mut own: Vec<Vec<f64>> = self.shares.ends.iter().enumerate().map(own).collect();
+        let out: Vec<Vec<f64>> = std::iter::zip(&self.shares.ends, &own)
+            .map(|(end, own)| if end.multiplier { Vec::new() } else { own.clone() })
+            .collect();
+        let received = exchange.swap(&out);
+        for ((end, own), other) in std::iter::zip(&self.shares.ends, &mut own).zip(received) {
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier && !own.is_empty())
+            else {
+                own.clear();
+                continue;
+            };
+            let n = pair.rows.len();
+            let factor = task.from.rigid_factor(task.scene.case, end.pair, 1 - pair.multiplier);
+            for (j, own) in own.iter_mut().enumerate() {
+                *own += other.get(j).copied().unwrap_or(0.0) + factor * pair.rigid_motion[n + j];
+            }
         }
-        forces
+        own
+    }
+
+    /// The forces of what is known, on this rank's row vector but for springs.
+    fn known_forces(&self, known: &[Vec<Option<NodeState>>]) -> Vec<f64> {
+        let of_end = |(end, known): (&End, &Vec<Option<NodeState>>)| {
+            let mut forces: Vec<f64> = known.iter().map(|node| node.map_or(0.0, |node| node.force)).collect();
+            if self.pairs[end.pair].as_ref().is_some_and(|pair| pair.law.is_frictional()) {
+                forces.extend(known.iter().map(|node| node.map_or(0.0, |node| node.tangential)));
+            }
+            forces
+        };
+        std::iter::zip(&self.shares.ends, known).flat_map(of_end).collect()
+    }
+
+    /// The states of what is known, end by end on the normal rows.
+    fn known_states(&self, known: &[Vec<Option<NodeState>>]) -> Vec<Vec<Touch>> {
+        let of_end = |known: &Vec<Option<NodeState>>| {
+            known.iter().map(|node| node.map_or(Touch::Open, |node| node.status)).collect()
+        };
+        known.iter().map(of_end).collect()
     }
 
     /// What the driver found, for the results and for the bodies. Collective on the roots.
@@ -430,6 +494,21 @@ impl Contacts {
             influences: Vec::new(),
         };
         let elastic = driver.elastic_approach();
+        let thickness = case.analysis.thickness();
+        let before = self.known(task, task.before);
+        let states: Vec<Vec<NodeState>> = (0..ranges.len())
+            .map(|i| {
+                let end = &self.shares.ends[i];
+                let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
+                    return Vec::new();
+                };
+                let range = ranges[i].clone();
+                let touch = driver.touch(range.clone());
+                node_states(pair, &plan.surfaces[i], &out[i], &gaps[range], &touch, &before[i])
+            })
+            .collect();
+        let told = |states: &Vec<NodeState>| states.iter().flat_map(|s| [s.status.code(), s.slip]).collect();
+        let received_states = exchange.swap(&states.iter().map(told).collect::<Vec<Vec<f64>>>());
         found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
         for (i, end) in self.shares.ends.iter().enumerate() {
             let mut values = if end.multiplier { out[i].clone() } else { received[i].clone() };
@@ -446,22 +525,17 @@ impl Contacts {
                     pair,
                     values,
                     &received_gaps[i],
+                    &received_states[i],
                 ));
                 continue;
             }
             let range = ranges[i].clone();
-            let active = &driver.active[range.clone()];
             let of_range = [&gaps[range.clone()], &elastic[range]];
-            found
-                .ends
-                .push(EndFound::of_multipliers(surface, end.pair, side, pair, values, of_range, active));
-            let state = |(row, (force, active)): (&Row, (&f64, &bool))| NodeState {
-                node: surface.nodes[row.node as usize],
-                force: *force,
-                status: if *active { Status::Closed } else { Status::Open },
-            };
-            let nodes = std::iter::zip(pair.own_rows(), std::iter::zip(values, active)).map(state).collect();
-            solution.pairs.push(PairState { pair: end.pair, side, nodes });
+            let states = &states[i];
+            found.ends.push(EndFound::of_multipliers(
+                surface, end.pair, side, pair, values, of_range, states, thickness,
+            ));
+            solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
         }
         (found, solution)
     }
@@ -564,12 +638,14 @@ impl Contacts {
         let mut warnings = Vec::new();
         let mut next = 0;
         for end in self.shares.ends.iter().filter(|end| end.multiplier) {
-            let Some(pair) = &self.pairs[end.pair] else { continue };
             let first = next;
-            next += pair.rows.len();
+            next += end.rows.len();
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law != Law::Tied) else {
+                continue;
+            };
             let near = (0..pair.rows.len()).filter(|j| active[first + j] || gaps[first + j] < pair.doubt[*j]);
             let doubt = near.map(|j| pair.doubt[j]).fold(0.0, larger);
-            let elastic = elastic[first..next].iter().copied().fold(0.0, larger);
+            let elastic = elastic[first..first + pair.rows.len()].iter().copied().fold(0.0, larger);
             if doubt > UNCLEAR * elastic {
                 warnings.push(format!(
                     "contact '{}': the nodes of a mesh from a file do not tell whether its sides are those of a polygon, which they \
@@ -589,7 +665,7 @@ impl Contacts {
         for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let Some(pair) = &self.pairs[end.pair] else { continue };
             let range = first..first + pair.n_own;
-            first += pair.rows.len();
+            first += end.rows.len();
             let points: Vec<String> = flipped
                 .iter()
                 .filter(|j| range.contains(j))
@@ -611,6 +687,35 @@ impl Contacts {
         }
         lines
     }
+}
+
+/// The nodes of the multipliers as they are left: the slips since the last accepted state are added to those before.
+fn node_states(
+    pair: &Pair,
+    surface: &Surface,
+    force: &[f64],
+    gap: &[f64],
+    touch: &[Touch],
+    before: &[Option<NodeState>],
+) -> Vec<NodeState> {
+    let n = pair.rows.len();
+    let state = |(j, row): (usize, &Row)| {
+        let before = before.get(j).copied().flatten();
+        let slip = if touch[j].slips().is_some() { -gap[n + j] } else { 0.0 };
+        // It slips at the bound, which goes with the normal force.
+        let bound = |force: f64| pair.law.friction() * larger(force, 0.0) + pair.law.shear() * row.area;
+        let bounds = || 0.5 * (before.map_or(0.0, |b| bound(b.force)) + bound(force[j]));
+        let work = if slip == 0.0 { 0.0 } else { bounds() * slip.abs() };
+        NodeState {
+            node: surface.nodes[row.node as usize],
+            force: force[j],
+            tangential: force.get(n + j).copied().unwrap_or(0.0),
+            slip: before.map_or(0.0, |b| b.slip) + slip,
+            dissipated: before.map_or(0.0, |b| b.dissipated) + work,
+            status: touch[j],
+        }
+    };
+    pair.own_rows().iter().enumerate().map(state).collect()
 }
 
 /// Relative error of the pressure that row forces show; `None` if none of them is in contact.

@@ -17,6 +17,6 @@ pub(crate) use advance::{Advanced, Engine, Nodal};
 pub(crate) use contacts::Contacts;
 pub(crate) use found::{EndFound, Found};
 pub(crate) use march::{Accepted, End, march};
-pub use state::{BodyState, NodeState, PairState, State, Status};
+pub use state::{BodyState, NodeState, PairState, State};
 pub(crate) use task::{Influence, Scene, Target};
 pub(crate) use text::gather_lines;

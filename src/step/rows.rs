@@ -5,7 +5,10 @@ use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
     case::{BodyRef, Case, ContactCase, Driver, Gap, RigidShape, Transfer},
-    contact::{Conjugate, Pairing, Row, Search, Surface, mortar, pointwise, vector::dot},
+    contact::{
+        Conjugate, Law, Pairing, Row, Search, Surface, mortar, pointwise,
+        vector::{dot, sub},
+    },
     error::Result,
     material::LinearElastic,
     parallel::Exchange,
@@ -48,8 +51,10 @@ pub(crate) struct Pair {
     pub mortar_nodes: usize,
     /// Of each node of the mortar surface: the multiplier nodes on either side of the point opposite, with their weights.
     pub opposite: Vec<Option<[(u32, f64); 2]>>,
-    /// Outward displacement of a rigid mortar side at each row at factor 1, m.
+    /// Outward displacement of a rigid mortar side at each row at factor 1, m; then its tangential one, of a pair with a law.
     pub rigid_motion: Vec<f64>,
+    /// What the surfaces do tangentially.
+    pub law: Law,
 }
 
 /// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
@@ -165,7 +170,10 @@ fn one_pair(
         .map(|(row, acts)| (closed(row, &contact.gap, [own, other]), acts))
         .partition(|(row, _)| row.gap <= reach);
     let watched = [0, 1].map(|side| (0..near.len()).filter(|&j| !near[j].1[side]).collect::<Vec<usize>>());
-    let rows: Vec<Row> = near.into_iter().map(|(row, _)| row).collect();
+    let mut rows: Vec<Row> = near.into_iter().map(|(row, _)| row).collect();
+    if contact.law.is_frictional() {
+        between_normals(&mut rows, own, other);
+    }
     let n_own = rows.len() - watched[0].len();
     let doubts = [own, other].map(Surface::sagitta_in_doubt);
     let of_nodes = |side: usize, row: &Row| {
@@ -176,11 +184,15 @@ fn one_pair(
     nodes.sort_unstable();
     nodes.dedup();
     let rigid = rigid_motion(case, pair, 1 - multiplier);
-    let rigid_motion = rows
-        .iter()
-        .map(|row| rigid.map_or(0.0, |u| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()))
-        .collect();
+    let u = rigid.unwrap_or_default();
+    let mut rigid_motion: Vec<f64> =
+        rows.iter().map(|row| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()).collect();
+    if contact.law.is_frictional() {
+        let slides = |row: &Row| turned(&row.terms[1]).iter().map(|(_, v)| dot(v, &u)).sum::<f64>();
+        rigid_motion.extend(rows.iter().map(slides));
+    }
     Pair {
+        law: contact.law,
         multiplier,
         nodes: rows[..n_own].iter().map(|row| own.nodes[row.node as usize]).collect(),
         held: rows.iter().map(is_held).collect(),
@@ -236,6 +248,26 @@ fn nodal_rows(
 }
 
 impl Pair {
+    /// Values on the normal rows, followed by what they make on the tangential ones, if there are any.
+    pub fn on_all_rows(
+        &self,
+        normal: impl Iterator<Item = f64>,
+        tangential: impl Fn(f64) -> f64,
+    ) -> Vec<f64> {
+        let mut values: Vec<f64> = normal.collect();
+        if self.law.is_frictional() {
+            values.extend_from_within(..);
+            let n = values.len() / 2;
+            values[n..].iter_mut().for_each(|value| *value = tangential(*value));
+        }
+        values
+    }
+
+    /// The gap that a row has to close, m: bonded nodes keep theirs.
+    pub fn gap_of(&self, row: &Row) -> f64 {
+        if self.law == Law::Tied { 0.0 } else { row.gap }
+    }
+
     /// Rows of nodes of the multiplier side.
     pub fn own_rows(&self) -> &[Row] {
         &self.rows[..self.n_own]
@@ -259,6 +291,28 @@ impl Pair {
         };
         self.watched[side].iter().map(of_row).collect()
     }
+}
+
+/// Gives rows the mean of both surfaces' normals: where these are curved, what the pressure has along the mean of them would be
+/// taken for friction, and what closes the gap for slip.
+fn between_normals(rows: &mut [Row], own: &Surface, other: &Surface) {
+    let search = Search::new(other);
+    for row in rows {
+        let Some(found) = search.closest(&own.points[row.node as usize], &row.normal) else { continue };
+        let mean = sub(&row.normal, &found.normal);
+        let size = dot(&mean, &mean).sqrt();
+        let (before, normal) = (row.normal, mean.map(|n| n / size));
+        for (_, v) in row.terms.iter_mut().flatten() {
+            let weight = dot(v, &before);
+            *v = normal.map(|n| weight * n);
+        }
+        row.normal = normal;
+    }
+}
+
+/// The vectors of a normal row turned by 90 degrees against the clock: those of its tangential row, which add up to zero as well.
+pub(super) fn turned<K: Copy>(terms: &[(K, [f64; 3])]) -> Vec<(K, [f64; 3])> {
+    terms.iter().map(|&(node, [x, y, z])| (node, [-y, x, z])).collect()
 }
 
 /// Of each node of `mortar`: the nodes of `multiplier` on either side of the closest point, and their weights; `None` where
@@ -374,13 +428,19 @@ impl Shares {
                 });
                 shares.body_rows[place].push(BodyRow { terms: terms.collect() });
             }
+            if data.law.is_frictional() {
+                let along = |row: &BodyRow| BodyRow { terms: turned(&row.terms) };
+                let tangential: Vec<BodyRow> = shares.body_rows[place][first..].iter().map(along).collect();
+                shares.body_rows[place].extend(tangential);
+            }
             let rows = first..shares.body_rows[place].len();
             let watched = data.watched[column].clone();
             shares.ends.push(End { pair, multiplier: is_multiplier, body: place, rows, watched });
             shares.rows.push(match is_multiplier {
                 true => PairRows {
-                    gap: data.rows.iter().map(|row| row.gap).collect(),
-                    area: data.rows.iter().map(|row| row.area).collect(),
+                    gap: data.on_all_rows(data.rows.iter().map(|row| data.gap_of(row)), |_| 0.0),
+                    law: data.law,
+                    area: data.on_all_rows(data.rows.iter().map(|row| row.area), |area| area),
                     stiffness: thickness / (1.0 / data.moduli[0] + 1.0 / data.moduli[1]),
                     compliance_ratio: data.moduli[1] / data.moduli[0],
                     mortar_is_coarse: data.mortar_nodes < data.rows.len(),

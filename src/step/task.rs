@@ -1,5 +1,5 @@
 //! What a step is told.
-use super::state::PairState;
+use super::{place::Place, state::PairState};
 use crate::{body::LoadFactors, case::Case, parallel::Exchange, scene::Plan};
 
 /// The case, and where it is solved.
@@ -34,6 +34,10 @@ pub(crate) struct Task<'t, 'e> {
     pub target: Target<'t>,
     /// Forces to begin with; none: unknown.
     pub warm: &'t [PairState],
+    /// The last accepted state: where the surfaces were, and its contact nodes.
+    pub from: &'t Place,
+    #[allow(missing_docs)]
+    pub before: &'t [PairState],
     pub modes: &'t Modes,
     /// Name of a mode of one of this rank's bodies.
     pub names: &'t dyn Fn(usize, usize) -> String,

@@ -1,9 +1,10 @@
 //! The way from one load step to the next, and how it is divided into increments.
-use super::state::{NodeState, PairState, Status};
+use super::state::{NodeState, PairState};
 use crate::{
     body::LoadFactors,
     case::{Increments, PathCase, StepCase},
     parallel,
+    schwarz::Touch,
     vector::larger,
 };
 use mpi::topology::SimpleCommunicator;
@@ -132,9 +133,9 @@ impl Pace {
 pub(super) fn turnover(before: &[PairState], after: &[PairState], world: &SimpleCommunicator) -> f64 {
     let of_pair = |pair: &PairState| {
         let old = before.iter().find(|old| (old.pair, old.side) == (pair.pair, pair.side))?;
-        let touched = old.nodes.iter().any(|node| node.status != Status::Open);
-        let old: HashMap<u32, Status> = old.nodes.iter().map(|node| (node.node, node.status)).collect();
-        let was = |node: &NodeState| old.get(&node.node).copied().unwrap_or(Status::Open);
+        let touched = old.nodes.iter().any(|node| node.status != Touch::Open);
+        let old: HashMap<u32, Touch> = old.nodes.iter().map(|node| (node.node, node.status)).collect();
+        let was = |node: &NodeState| old.get(&node.node).copied().unwrap_or(Touch::Open);
         let changed = pair.nodes.iter().filter(|node| node.status != was(node)).count();
         (touched && changed > 1).then(|| changed as f64 / pair.nodes.len() as f64)
     };
