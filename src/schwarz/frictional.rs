@@ -187,9 +187,11 @@ impl Frictional {
         Ok(loose)
     }
 
-    /// Newton's iteration from `states`; `None` if it returns to states that it has had.
+    /// Newton's iteration from `states`. Should it return to states that it has had: `None` if its forces balance, else what did
+    /// not hold the bodies.
     fn from(&self, mut states: Vec<Touch>, given: &Given, updates: &mut usize) -> Result<Option<Answer>> {
         let mut visited = HashSet::new();
+        let mut last = None;
         while visited.len() < UPDATES && visited.insert(states.clone()) {
             let Some(forces) = self.on_states(&states, given)? else { return Ok(None) };
             let next = self.next_states(&states, &forces, given)?;
@@ -197,10 +199,11 @@ impl Frictional {
                 let holds = self.is_balanced(&forces, given);
                 return Ok(Some(Answer { forces, states, updates: *updates, holds }));
             }
+            last = Some(Answer { forces, states, updates: *updates, holds: false });
             states = next;
             *updates += 1;
         }
-        Ok(None)
+        Ok(last.filter(|answer| !self.is_balanced(&answer.forces, given)))
     }
 
     /// Forces and motions with which each node is as `states` say.

@@ -132,7 +132,8 @@ impl Run {
     /// Says how far the load got where it did not get to the end. Collective.
     fn end(&mut self, end: End, case: &Case, world: &SimpleCommunicator) -> Result<()> {
         let reached = self.steps.iter().rev().find(|step| step.reason.converged());
-        let reached = reached.map(|step| {
+        let tells = !case.steps.is_empty() || case.has_friction();
+        let reached = reached.filter(|_| tells).map(|step| {
             format!(
                 "the load got to loads = {}, supports = {}, temperature = {}{}",
                 step.loads,
@@ -152,11 +153,10 @@ impl Run {
             End::Arrived => Ok(()),
             End::Stopped(reason) => {
                 self.reason = reason;
-                self.diagnosis.extend(reached.filter(|_| !case.steps.is_empty()));
+                self.diagnosis.extend(reached);
                 Ok(())
             }
             End::Refused(Error::Unrestrained(text)) => {
-                let reached = reached.filter(|_| !case.steps.is_empty());
                 let text = reached.map_or(text.clone(), |reached| format!("{text}; {reached}"));
                 Err(Error::Unrestrained(text))
             }

@@ -530,10 +530,12 @@ impl Contacts {
                 continue;
             }
             let range = ranges[i].clone();
-            let of_range = [&gaps[range.clone()], &elastic[range]];
+            let of_range = [&gaps[range.clone()], &elastic[range.clone()]];
+            let active = &driver.active[range];
+            let unmatched = pair.watched.iter().flatten().filter(|j| active[**j]).count();
             let states = &states[i];
             found.ends.push(EndFound::of_multipliers(
-                surface, end.pair, side, pair, values, of_range, states, thickness,
+                surface, end.pair, side, pair, values, of_range, states, unmatched, thickness,
             ));
             solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
         }

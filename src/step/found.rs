@@ -176,6 +176,7 @@ impl EndFound {
         force: &[f64],
         [gaps, elastic]: [&[f64]; 2],
         states: &[NodeState],
+        unmatched: usize,
         thickness: f64,
     ) -> EndFound {
         let mut table = SideTable { multipliers: true, ..empty_table(surface) };
@@ -184,7 +185,6 @@ impl EndFound {
         let mut complementarity = [0.0_f64; 2];
         // The nodes of the other side, if they have rows of their own, have an end of their own.
         let n = data.n_own;
-        let unmatched = data.watched.iter().flatten().filter(|j| active[**j]).count();
         let along = &force[data.rows.len()..];
         let slips: Vec<f64> = gaps.iter().skip(data.rows.len()).map(|y| -y).collect();
         let rubbing = data.law.is_frictional().then(|| Rubbing::new(data, states, &slips, thickness));

@@ -4,7 +4,7 @@ use super::{
     found::Found,
     state::State,
     task::{Scene, Target},
-    way::{Pace, Way, turnover},
+    way::{LEAST_SLIDING, Pace, Way, turnover},
 };
 use crate::{
     body::LoadFactors,
@@ -39,7 +39,7 @@ pub(crate) enum End {
 
 /// Goes through the steps of a path. `accept` measures an increment that was solved, keeps it if it is a solution, and
 /// says how it ended. Where one fails, smaller ones are tried if the way matters: if there is a table of steps, or if the
-/// geometry is updated; otherwise the end alone decides. Collective.
+/// geometry is updated or surfaces rub; otherwise the end alone decides. Collective.
 pub(crate) fn march<'p>(
     engine: &mut Engine,
     scene: &Scene,
@@ -49,7 +49,7 @@ pub(crate) fn march<'p>(
 ) -> Result<End> {
     let (case, world) = (scene.case, &scene.plan.groups.world);
     let updated = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
-    let divisible = updated || !case.steps.is_empty();
+    let divisible = updated || case.has_friction() || !case.steps.is_empty();
     let mut state = State::start();
     for (i, step) in path.iter().enumerate() {
         let is_final = i + 1 == path.len();
@@ -98,7 +98,13 @@ pub(crate) fn march<'p>(
                 }
                 Err(error) => return Err(error),
             };
-            if !pace.halve(reached) {
+            // Where a body leaves that only friction holds is looked for to the end.
+            let slides = case.has_friction() && matches!(failure, End::Refused(_));
+            let halved = match slides {
+                true => pace.halve_down_to(LEAST_SLIDING, reached),
+                false => pace.halve(reached),
+            };
+            if !halved {
                 return Ok(failure);
             }
         }

@@ -17,6 +17,10 @@ const LEAST: f64 = 1.0 / 16.0;
 /// Least share of the way that an automatic increment has: it may have to follow the contact.
 const LEAST_AUTOMATIC: f64 = 1.0 / 64.0;
 
+/// Least share of the way that is tried where a body that friction holds begins to slide: the load at which it does is known to
+/// a millionth.
+pub(super) const LEAST_SLIDING: f64 = 1.0 / (1 << 20) as f64;
+
 /// Share of a pair's candidates that may open or close in an automatic increment.
 const TURNOVER: f64 = 0.2;
 
@@ -101,13 +105,18 @@ impl Pace {
     pub fn next(&self) -> Option<f64> {
         let stop = self.stops.iter().copied().find(|stop| *stop > self.done)?;
         let reached = self.done + self.size;
-        Some(if reached > stop - SAME { stop } else { reached })
+        Some(if reached > stop - SAME.min(0.1 * self.size) { stop } else { reached })
     }
 
     /// Makes the increment half as large; false if that is too small. `reached`: where it was to end.
     pub fn halve(&mut self, reached: f64) -> bool {
+        self.halve_down_to(self.least, reached)
+    }
+
+    /// The same with another least size.
+    pub fn halve_down_to(&mut self, least: f64, reached: f64) -> bool {
         let half = 0.5 * (reached - self.done);
-        let possible = half >= self.least * (1.0 - SAME);
+        let possible = half >= least * (1.0 - SAME);
         if possible {
             self.size = half;
         }

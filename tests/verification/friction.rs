@@ -83,7 +83,9 @@ fn partial_slip_is_cattaneo_and_mindlins() {
             let found = tractions(table, 0.3);
             let what = format!("{surfaces} {share}");
             let error = distance(&found, |x| cattaneo(x, share));
-            assert!(error < 0.01, "{what}: off by {error:e} in L2");
+            // A slip zone of five cells is drawn by five values.
+            let allowed = if share < 0.5 { 0.015 } else { 0.01 };
+            assert!(error < allowed, "{what}: off by {error:e} in L2");
             let middle = found.iter().min_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).expect("nodes").1;
             near(middle, cattaneo(0.0, share), 0.005 * cattaneo(0.0, share), &what);
             let stuck = (0..table.s.len()).filter(|&i| table.status[i] == IN_CONTACT);
@@ -238,6 +240,8 @@ fn a_block_slides_at_mu_n() {
         for share in [1.0 + 1e-6, 1.01] {
             let (_, log) = attempt(&block(angle, share * 0.3 * 12e3, "friction = 0.3"), 4);
             assert!(log.contains("body 'block'") && log.contains("translation"), "{log}");
+            // The load at which it left, to a millionth: pressure and push grow together.
+            assert!(!log.contains("the load got to"), "{log}");
         }
         // A bound of shear that the block's area takes to the same force; and none at all.
         let _ = solve(&block(angle, 0.99 * 3.6e3, "law = \"tresca\"\nshear = 6e4"));
@@ -360,8 +364,15 @@ fn shaft(share: f64) -> String {
 fn a_shrunk_shaft_holds_its_torque_and_no_more() {
     let summary = solve(&shaft(0.98));
     close(&summary, "pairs.fit.normal_force", 6.1523e6 * 2.0 * PI * 0.02, 2e-3);
-    let (_, log) = attempt(&shaft(1.02), 4);
+    let (kept, log) = attempt(&shaft(1.02), 4);
     assert!(log.contains("body 'shaft'") && log.contains("rotation"), "{log}");
+    // The share of the load at which it left, to a millionth, and what it carried until then.
+    let told = log.split("loads = ").nth(1).and_then(|rest| rest.split(',').next()).expect("a factor");
+    let share: f64 = told.parse().expect("a number");
+    let carried = value(&summary, "pairs.fit.normal_force") * 0.1 * 0.02;
+    let torque = 1.02 * 0.1 * 6.1523e6 * 2.0 * PI * 0.02 * 0.02;
+    near(share * torque, carried, 2e-3 * carried, "torque at which it left");
+    assert!(kept.is_some_and(|kept| kept["converged"] == false));
 }
 
 /// A beam cut along its middle and tied again, and the uncut one, at matching nodes: the same to round-off.
