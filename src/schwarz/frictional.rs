@@ -93,7 +93,7 @@ pub(super) struct Node {
     pub tangential: Option<usize>,
     /// mu; infinite: it never slips.
     pub friction: f64,
-    /// q, in the scaled forces.
+    /// q, in the units of the forces.
     pub shear: f64,
     /// Never open, in tension neither.
     pub bonded: bool,

@@ -4,7 +4,9 @@
 //! p = D km ks / (km + ks). With the pressures weighted by beta (A's own) and the displacements by w (A's own), the
 //! error of the common interface position is multiplied by [beta km - (1 - beta) ks] [w / km - (1 - w) / ks] per
 //! alternation.
-use super::{ActiveSet, Alternation, Coarse, Coupling, End, Limits, PairRows, Respond, weights::Weights};
+use super::{
+    ActiveSet, Alternation, Coarse, Coupling, End, Known, Limits, PairRows, Respond, weights::Weights,
+};
 use crate::{
     error::Result,
     parallel::{Exchange, Partner},
@@ -80,7 +82,8 @@ fn errors(km: f64, ks: f64, weights: Weights, overlap: Overlap, offset: f64, n: 
         let exact = ks / (km + ks);
         // The force step leaves -p / km and base + p / ks: an error of p moves both.
         let p = (1.0 + offset) * km * ks / (km + ks);
-        let mut alternation = Alternation::new(rows, weights, Some(&[p])).unwrap();
+        let mut alternation =
+            Alternation::new(rows, weights, Some(Known { force: &[p], touch: &[] })).unwrap();
         let mut all = vec![p / km - exact];
         for _ in 0..n {
             alternation.alternate(|_| {}).unwrap();
