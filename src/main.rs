@@ -227,6 +227,18 @@ fn run(case: &Case, out: Option<PathBuf>, adapt: &AdaptArgs, world: &SimpleCommu
                 pair.force_imbalance
             );
         }
+        for (pair, friction) in summary.pairs.iter().filter_map(|p| Some((p, p.friction.as_ref()?))) {
+            println!(
+                "contact {}: {}: tangential force {:.6e}, slipping over {:.6e}, sticking over {:.6e}, slip up to {:.3e}, dissipated {:.3e}",
+                pair.name,
+                friction.law,
+                friction.force,
+                friction.slip_length,
+                friction.stick_length,
+                friction.max_slip,
+                friction.dissipated
+            );
+        }
         let verdict = if summary.converged { "converged" } else { "NOT CONVERGED" };
         println!(
             "{verdict} ({}) after {} alternations: {} Residual {:.1e}, {:.2} s",

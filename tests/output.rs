@@ -97,6 +97,7 @@ fn side(k: f64, n: usize) -> SideTable {
         multipliers: k == 1.0,
         closed: (k == 2.0).then_some(7.5),
         tangential: None,
+        bonded: false,
     }
 }
 

@@ -89,6 +89,7 @@ fn hertz_side(n: usize, length: f64, a: f64, p0: f64, y: f64, backwards: bool) -
         multipliers: true,
         closed: None,
         tangential: None,
+        bonded: false,
     }
 }
 

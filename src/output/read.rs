@@ -196,6 +196,7 @@ fn read_side(group: &Group, step: Option<usize>) -> Result<SideTable> {
             true => Some(Tangential { traction: read(&state, "traction")?, slip: read(&state, "slip")? }),
             false => None,
         },
+        bonded: false,
         multipliers: group.attr("multipliers")?.read_scalar::<u8>()? != 0,
         closed: group.attr("closed").ok().map(|length| length.read_scalar()).transpose()?,
     })

@@ -313,6 +313,9 @@ pub struct PairSummary {
     /// Largest |pressure x gap| over the product of the largest pressure and the largest gap or travel, -.
     #[serde(skip_serializing_if = "not_finite")]
     pub complementarity: f64,
+    /// Of a pair with a tangential law.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<FrictionSummary>,
     /// Mean contraction measured, an alternation, -.
     #[serde(skip_serializing_if = "absent")]
     pub contraction: Option<f64>,
@@ -322,6 +325,40 @@ pub struct PairSummary {
     pub open: u64,
     /// Nodes that could be.
     pub candidates: u64,
+}
+
+/// What the surfaces of a pair do along each other.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FrictionSummary {
+    /// The law.
+    pub law: String,
+    /// Sum of the tangential forces on the side of the multipliers, along its outward normal turned by 90 degrees against the clock,
+    /// N.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub force: f64,
+    /// Work of friction in all load steps so far, J.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub dissipated: f64,
+    /// Lengths that stick and that slip, as the nodes' shares of the surface, m.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub stick_length: f64,
+    #[allow(missing_docs)]
+    #[serde(skip_serializing_if = "not_finite")]
+    pub slip_length: f64,
+    /// Nodes that stick and that slip.
+    pub sticking: u64,
+    #[allow(missing_docs)]
+    pub slipping: u64,
+    /// Largest slip of a node, all load steps together, m.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub max_slip: f64,
+    /// Largest tangential force of a node beyond what the law allows, over the largest force of a node, -.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub beyond_bound: f64,
+    /// Largest slip of a node against its law (with the tangential force, or of one that sticks), over the largest slip or the
+    /// elastic approach, -.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub wrong_slip: f64,
 }
 
 /// What happens at a probe.
@@ -433,6 +470,7 @@ mod tests {
             max_penetration: 0.0,
             force_imbalance: 1e-12,
             complementarity: 0.0,
+            friction: None,
             contraction: Some(0.2),
             active: 4,
             open: 2,

@@ -20,6 +20,8 @@ pub struct SideTable {
     pub status: Vec<i32>,
     /// Of a pair with a tangential law.
     pub tangential: Option<Tangential>,
+    /// True if the surfaces are bonded, and may pull.
+    pub bonded: bool,
     /// True if the unknown contact forces are on this side; what the other has of gap and pressure is theirs, interpolated.
     pub multipliers: bool,
     /// Length of a closed surface, m: where `s` comes back to the first node. `None`: it has ends.

@@ -6,7 +6,8 @@
 //! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
 use super::{
-    ActiveSet, Ended, Reason, Respond, coarse::Resists, dual::Dual, projected_cg::Inner, record::Snapshot,
+    ActiveSet, Ended, PairRows, Reason, Respond, coarse::Resists, dual::Dual, projected_cg::Inner,
+    record::Snapshot,
 };
 use crate::vector::{larger, smaller};
 use crate::{error::Result, record::HistoryRow};
@@ -255,6 +256,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let state = Snapshot {
             gaps: &gaps,
             active: &self.active,
+            n_normal: &self.rows.iter().map(PairRows::n_normal).collect::<Vec<_>>(),
             flipped: if flips > 0 { &self.flipped } else { &[] },
             scale,
             imbalance: if total > 0.0 { imbalance / total } else { 0.0 },

@@ -154,6 +154,7 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
         let state = Snapshot {
             gaps: &self.rows.gap,
             active: &was_active,
+            n_normal: &self.rows.rows.iter().map(|rows| rows.n_normal()).collect::<Vec<_>>(),
             flipped: &self.rows.flipped,
             scale: measures.response,
             imbalance: force_imbalance,

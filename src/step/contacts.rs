@@ -509,6 +509,7 @@ impl Contacts {
             influences: Vec::new(),
         };
         let elastic = driver.elastic_approach();
+        let thickness = case.analysis.thickness();
         let before = self.known(task, task.before);
         let states: Vec<Vec<NodeState>> = (0..ranges.len())
             .map(|i| {
@@ -546,9 +547,9 @@ impl Contacts {
             let range = ranges[i].clone();
             let of_range = [&gaps[range.clone()], &elastic[range]];
             let states = &states[i];
-            found
-                .ends
-                .push(EndFound::of_multipliers(surface, end.pair, side, pair, values, of_range, states));
+            found.ends.push(EndFound::of_multipliers(
+                surface, end.pair, side, pair, values, of_range, states, thickness,
+            ));
             solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
         }
         (found, solution)
@@ -714,13 +715,18 @@ fn node_states(
 ) -> Vec<NodeState> {
     let n = pair.rows.len();
     let state = |(j, row): (usize, &Row)| {
-        let slip = before.get(j).copied().flatten().map_or(0.0, |node| node.slip);
-        let slips = touch[j].slips().is_some();
+        let before = before.get(j).copied().flatten();
+        let slip = if touch[j].slips().is_some() { -gap[n + j] } else { 0.0 };
+        // It slips at the bound, which goes with the normal force.
+        let bound = |force: f64| pair.law.friction() * larger(force, 0.0) + pair.law.shear() * row.area;
+        let bounds = || 0.5 * (before.map_or(0.0, |b| bound(b.force)) + bound(force[j]));
+        let work = if slip == 0.0 { 0.0 } else { bounds() * slip.abs() };
         NodeState {
             node: surface.nodes[row.node as usize],
             force: force[j],
             tangential: force.get(n + j).copied().unwrap_or(0.0),
-            slip: if slips { slip - gap[n + j] } else { slip },
+            slip: before.map_or(0.0, |b| b.slip) + slip,
+            dissipated: before.map_or(0.0, |b| b.dissipated) + work,
             status: touch[j],
         }
     };

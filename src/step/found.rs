@@ -6,7 +6,7 @@ use super::{
 };
 use crate::vector::{larger, worst};
 use crate::{
-    contact::{Surface, vector::combine},
+    contact::{Law, Surface, vector::combine},
     parallel,
     record::{HistoryRow, IN_CONTACT, Reason, SLIPS, SideTable, Tangential},
     schwarz::{self, Touch},
@@ -67,6 +67,59 @@ pub(crate) struct EndFound {
     pub approach: f64,
     /// Largest overlap of the undeformed bodies at a candidate, m.
     pub overlap: f64,
+    /// Of the end with the multipliers of a pair with a tangential law.
+    pub rubbing: Option<Rubbing>,
+}
+
+/// What the surfaces of a pair do along each other.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Rubbing {
+    /// Sum of the tangential forces on the side of the multipliers, along its outward normal turned forwards, N.
+    pub force: f64,
+    /// Work of friction so far, J.
+    pub dissipated: f64,
+    /// Lengths that stick and slip, m.
+    pub lengths: [f64; 2],
+    /// Nodes that stick and slip.
+    pub nodes: [usize; 2],
+    /// Largest slip in all, m.
+    pub slip: f64,
+    /// Largest tangential force beyond the bound, N.
+    pub beyond: f64,
+    /// Largest slip of this step the way the tangential force pulls, m, and largest slip of a node that sticks.
+    pub astray: f64,
+    /// Largest force of a node, N.
+    pub scale: f64,
+}
+
+impl Rubbing {
+    /// `along`: tangential forces and slips of this step by row; `thickness`, m.
+    fn new(data: &Pair, states: &[NodeState], slips: &[f64], thickness: f64) -> Rubbing {
+        let mut rubbing = Rubbing::default();
+        for (j, (row, node)) in std::iter::zip(data.own_rows(), states).enumerate() {
+            let kind = match node.status {
+                Touch::Open => continue,
+                Touch::Stick => 0,
+                Touch::Forwards | Touch::Backwards => 1,
+            };
+            rubbing.force -= node.tangential;
+            rubbing.dissipated += node.dissipated;
+            rubbing.lengths[kind] += row.area / thickness;
+            rubbing.nodes[kind] += 1;
+            rubbing.slip = larger(rubbing.slip, node.slip.abs());
+            let astray = match node.status.slips() {
+                Some(sign) => -sign * slips[j],
+                None => slips[j].abs(),
+            };
+            rubbing.astray = larger(rubbing.astray, astray);
+            rubbing.scale = larger(rubbing.scale, larger(node.force.abs(), node.tangential.abs()));
+            if data.law.friction().is_finite() {
+                let bound = data.law.friction() * larger(node.force, 0.0) + data.law.shear() * row.area;
+                rubbing.beyond = larger(rubbing.beyond, node.tangential.abs() - bound);
+            }
+        }
+        rubbing
+    }
 }
 
 impl Found {
@@ -123,6 +176,7 @@ impl EndFound {
         force: &[f64],
         [gaps, elastic]: [&[f64]; 2],
         states: &[NodeState],
+        thickness: f64,
     ) -> EndFound {
         let mut table = SideTable { multipliers: true, ..empty_table(surface) };
         table.tangential = data.law.is_frictional().then(|| no_slip(surface));
@@ -132,6 +186,9 @@ impl EndFound {
         let n = data.n_own;
         let unmatched = data.watched.iter().flatten().filter(|j| active[**j]).count();
         let along = &force[data.rows.len()..];
+        let slips: Vec<f64> = gaps.iter().skip(data.rows.len()).map(|y| -y).collect();
+        let rubbing = data.law.is_frictional().then(|| Rubbing::new(data, states, &slips, thickness));
+        table.bonded = data.law == Law::Tied;
         let [gaps, elastic, force] = [&gaps[..n], &elastic[..n], &force[..n]];
         for (j, row) in data.own_rows().iter().enumerate() {
             let i = row.node as usize;
@@ -170,7 +227,8 @@ impl EndFound {
             beyond: 0.0,
             complementarity,
             approach: worst(elastic.iter().copied()),
-            overlap: data.rows.iter().map(|row| -row.gap).fold(0.0, larger),
+            overlap: data.rows.iter().map(|row| -data.gap_of(row)).fold(0.0, larger),
+            rubbing,
         }
     }
 
@@ -248,6 +306,7 @@ impl EndFound {
             complementarity: [0.0; 2],
             approach: 0.0,
             overlap: 0.0,
+            rubbing: None,
         }
     }
 }
@@ -264,6 +323,7 @@ pub(crate) fn empty_table(surface: &Surface) -> SideTable {
         force: vec![[0.0; 3]; n],
         status: vec![0; n],
         tangential: None,
+        bonded: false,
         multipliers: false,
         closed: surface.closed_length(),
     }

@@ -49,6 +49,8 @@ pub struct NodeState {
     pub tangential: f64,
     /// How far it has slipped in all, m: this side against the other along the normal turned forwards.
     pub slip: f64,
+    /// Work of friction in all, J.
+    pub dissipated: f64,
     /// What it does.
     pub status: Touch,
 }
