@@ -5,7 +5,11 @@
 //! their tangential displacements are let go, until the slip would go along with the force: then they stick again. So after the
 //! force step of an alternation in which no node changed, the law holds at every node but for what the surfaces disagree by.
 use super::{ActiveSet, Alternation, Respond, Touch, frictional::Node};
-use crate::{contact::Law, tolerances::THRESHOLD};
+use crate::{
+    contact::Law,
+    tolerances::THRESHOLD,
+    vector::{larger, worst},
+};
 
 impl<B: Respond> ActiveSet<'_, '_, B> {
     /// The nodes of this rank, if any pair of any rank has tangential forces; bonded ones touch. Collective on the roots.
@@ -84,11 +88,12 @@ impl<B: Respond> Alternation<'_, '_, '_, B> {
         changed
     }
 
-    /// Nodes that have entered the contact stick, and so do those whose slip goes along with the force; returns these.
-    /// Collective on the roots.
+    /// Nodes that have entered the contact stick, and so do those whose slip goes along with the force; returns these. A slip
+    /// that is smaller than what the surfaces disagree by says nothing: nodes at the end of a sliding zone would change for ever
+    /// on the way. It is within the tolerance once the disagreement is. Collective on the roots.
     pub(super) fn stick(&mut self) -> Vec<usize> {
         let Some(nodes) = &self.nodes else { return Vec::new() };
-        let threshold = self.rows.gap_threshold();
+        let threshold = larger(self.rows.gap_threshold(), self.largest_jump());
         let mut changed = Vec::new();
         for node in nodes {
             if self.rows.active[node.normal] && self.rows.touch[node.normal] == Touch::Open {
@@ -105,7 +110,16 @@ impl<B: Respond> Alternation<'_, '_, '_, B> {
         changed
     }
 
-    /// Values on the rows of a node with a tangential force as the length of the vector that they are.
+    /// Largest gap at rows whose surfaces were to agree, m. Collective on the roots.
+    fn largest_jump(&self) -> f64 {
+        let rows = &self.rows;
+        let agree = |j: &usize| rows.active[*j] && rows.touch[*j] != Touch::Open;
+        let jumps = (0..rows.coupling.n_rows).filter(agree).map(|j| rows.gap[j].abs());
+        rows.coupling.exchange.max(&[worst(jumps)])[0]
+    }
+
+    /// Values on the rows of a node with a tangential force as the length of the vector that they are: a magnitude is that of the
+    /// whole force or displacement, not of its components.
     pub(super) fn lengths(&self, mut values: [Vec<f64>; 2]) -> [Vec<f64>; 2] {
         let sliding = self.nodes.iter().flatten().filter_map(|node| Some((node.normal, node.tangential?)));
         for (n, t) in sliding {

@@ -673,7 +673,7 @@ impl Contacts {
         warnings
     }
 
-    /// What a user can do about a failure: the nodes that do not settle, pair by pair.
+    /// What a user can do about a failure: the nodes that do not settle, pair by pair, where they have rows of their own.
     fn diagnose(&self, task: &Task, flipped: &[usize]) -> Vec<String> {
         let mut lines = Vec::new();
         let mut first = 0;
@@ -692,9 +692,10 @@ impl Contacts {
             if !points.is_empty() {
                 let shown = points.len().min(6);
                 lines.push(format!(
-                    "contact '{}': {} node(s) still change between open and closed, near {}{}",
+                    "contact '{}': {} node(s) still change between {}, near {}{}",
                     task.scene.case.contacts[end.pair].name,
                     points.len(),
+                    if pair.law.is_frictional() { "open, sticking and slipping" } else { "open and closed" },
                     points[..shown].join(", "),
                     if points.len() > shown { ", ..." } else { "" }
                 ));
