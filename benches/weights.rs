@@ -68,21 +68,22 @@ fn list(values: impl IntoIterator<Item = f64>) -> String {
     format!("{{ at = [{}], cells = [{}] }}", text.join(", "), vec!["1"; text.len() - 1].join(", "))
 }
 
-/// What `friction` is, and how far the upper body's top moves along the surface, m.
+/// What `friction` is, how far the upper body's top moves along the surface, m, and the transfer.
 #[derive(Clone, Copy)]
 struct Rubbing {
     friction: f64,
     along: f64,
+    transfer: &'static str,
 }
 
-const SMOOTH: Rubbing = Rubbing { friction: 0.0, along: 0.0 };
+const SMOOTH: Rubbing = Rubbing { friction: 0.0, along: 0.0, transfer: "pointwise" };
 
 /// Two equal blocks on each other.
-fn blocks(ratio: f64, Rubbing { friction, along }: Rubbing) -> String {
+fn blocks(ratio: f64, Rubbing { friction, along, transfer }: Rubbing) -> String {
     format!(
         r#"
 analysis = "plane strain"
-alternation = {{ driver = "relaxed" }}
+alternation = {{ driver = "relaxed", transfer = "{transfer}" }}
 material.a = {{ young = {young:e}, poisson = 0.3 }}
 material.b = {{ young = 2.1e11, poisson = 0.3 }}
 [[body]]
@@ -112,7 +113,7 @@ friction = {friction}
     )
 }
 
-fn cylinder(ratio: f64, Rubbing { friction, along }: Rubbing) -> String {
+fn cylinder(ratio: f64, Rubbing { friction, along, transfer }: Rubbing) -> String {
     let depth = geometric(1.0, 24, 0.02 / 120.0 / 0.05);
     let up = std::iter::once(0.0).chain(depth.iter().copied().take(23)).chain([1.0]);
     let down = depth.iter().take(23).map(|d| -0.05 * d).chain([-0.05]).rev_list().chain([0.0]);
@@ -126,7 +127,7 @@ fn cylinder(ratio: f64, Rubbing { friction, along }: Rubbing) -> String {
     format!(
         r#"
 analysis = "plane strain"
-alternation = {{ driver = "relaxed" }}
+alternation = {{ driver = "relaxed", transfer = "{transfer}" }}
 [material.a]
 young = {young:e}
 poisson = 0.3
@@ -246,7 +247,7 @@ fn read(text: &str) -> Result<Case> {
 fn with_friction(
     world: &SimpleCommunicator,
     scene: fn(f64, Rubbing) -> String,
-    along: f64,
+    rubbing: Rubbing,
 ) -> Result<String> {
     let mut text = String::from("| E_A/E_B | nodes that slip |");
     WEIGHTS.iter().for_each(|(name, _)| write!(text, " {name} |").expect("a string grows"));
@@ -254,7 +255,7 @@ fn with_friction(
     for ratio in FRICTION_RATIOS {
         let mut cells = vec![Vec::new(); WEIGHTS.len() + 1];
         for friction in FRICTIONS {
-            let case = read(&scene(ratio, Rubbing { friction, along }))?;
+            let case = read(&scene(ratio, Rubbing { friction, ..rubbing }))?;
             let plan = Plan::new(&case, world)?;
             let column = on_contact_rows(&case, &plan, |coupling, rows, coarse| {
                 let (exact, [touching, slipping]) = match friction {
@@ -287,14 +288,22 @@ fn with_friction(
 }
 
 fn friction_text(world: &SimpleCommunicator) -> Result<String> {
-    let scenes: [(&str, fn(f64, Rubbing) -> String, f64); 2] = [
-        ("Cylinder on block, pressed and pushed along, mortar transfer", cylinder, 1.5e-5),
-        ("Two equal blocks, pressed and pushed along, nodes that match", blocks, 2e-6),
+    let scenes: [(&str, fn(f64, Rubbing) -> String, Rubbing); 2] = [
+        (
+            "Cylinder on block, pressed and pushed along, mortar transfer",
+            cylinder,
+            Rubbing { along: 1.5e-5, transfer: "mortar", ..SMOOTH },
+        ),
+        (
+            "Two equal blocks, pressed and pushed along, nodes that match",
+            blocks,
+            Rubbing { along: 2e-6, ..SMOOTH },
+        ),
     ];
     let mut text = String::from(FRICTION_HEAD);
-    for (name, scene, along) in scenes {
+    for (name, scene, rubbing) in scenes {
         println!("{name}");
-        text += &format!("\n{name}:\n\n{}", with_friction(world, scene, along)?);
+        text += &format!("\n{name}:\n\n{}", with_friction(world, scene, rubbing)?);
     }
     Ok(text)
 }
