@@ -7,7 +7,7 @@
 //! by (0, -2e-4) m. Counted: alternations until the contact forces are within 1e-8 of the discrete solution.
 //!
 //! With friction the same, moved by 1.5e-5 m along the surface as well, and two equal blocks of 0.04 m by 0.02 m, the lower one
-//! clamped below, the top of the upper one moved by (2e-6, -1e-5) m; the discrete solution is the default driver's.
+//! clamped below, the top of the upper one moved by (2.5e-6, -1e-5) m; the discrete solution is the default driver's.
 use kontakt::vector::smaller;
 use kontakt::{
     Error, Result,
@@ -249,6 +249,7 @@ fn with_friction(
     scene: fn(f64, Rubbing) -> String,
     rubbing: Rubbing,
 ) -> Result<String> {
+    let mut tally = Tally::default();
     let mut text = String::from("| E_A/E_B | nodes that slip |");
     WEIGHTS.iter().for_each(|(name, _)| write!(text, " {name} |").expect("a string grows"));
     text += &format!("\n|{}\n", "---|".repeat(WEIGHTS.len() + 2));
@@ -278,17 +279,65 @@ fn with_friction(
             })?;
             std::iter::zip(&mut cells, column).for_each(|(cell, value)| cell.push(value));
         }
+        cells[1..].iter().for_each(|counts| tally.add(counts));
         let cells: Vec<String> = cells.iter().map(|cell| cell.join(" / ")).collect();
         let row = format!("| {ratio:e} | {} |", cells.join(" | "));
         println!("{row}");
         text += &row;
         text.push('\n');
     }
-    Ok(text)
+    Ok(format!("{text}\n{}\n", tally.sentence()))
+}
+
+/// What friction does to the number of alternations where they converge without it.
+#[derive(Default)]
+struct Tally {
+    no_more: usize,
+    /// Alternations over those without friction.
+    factors: Vec<f64>,
+    fails: usize,
+}
+
+impl Tally {
+    /// The counts of all coefficients, the first without friction.
+    fn add(&mut self, counts: &[String]) {
+        let number = |text: &String| text.parse::<f64>().ok();
+        let Some((smooth, others)) = counts.split_first().and_then(|(a, rest)| Some((number(a)?, rest)))
+        else {
+            return;
+        };
+        for count in others.iter().map(number) {
+            match count {
+                Some(count) if count <= smooth => self.no_more += 1,
+                Some(count) => self.factors.push(count / smooth),
+                None => self.fails += 1,
+            }
+        }
+    }
+
+    fn sentence(&self) -> String {
+        let mut factors = self.factors.clone();
+        factors.sort_by(f64::total_cmp);
+        let median = factors.get(factors.len() / 2).copied().unwrap_or(1.0);
+        format!(
+            "Where the alternation converges without friction, it takes no more alternations with it in {} of {} cases, more in {} \
+             ({median:.1} times as many in the median), and does not converge in {}.",
+            self.no_more,
+            self.no_more + factors.len() + self.fails,
+            factors.len(),
+            self.fails
+        )
+    }
 }
 
 fn friction_text(world: &SimpleCommunicator) -> Result<String> {
-    let scenes: [(&str, fn(f64, Rubbing) -> String, Rubbing); 2] = [
+    let scenes: [(&str, fn(f64, Rubbing) -> String, Rubbing); 4] = [
+        (
+            "Cylinder on block, pressed only, mortar transfer",
+            cylinder,
+            Rubbing { transfer: "mortar", ..SMOOTH },
+        ),
+        ("Two equal blocks, pressed only, nodes that match", blocks, SMOOTH),
         (
             "Cylinder on block, pressed and pushed along, mortar transfer",
             cylinder,
@@ -297,7 +346,7 @@ fn friction_text(world: &SimpleCommunicator) -> Result<String> {
         (
             "Two equal blocks, pressed and pushed along, nodes that match",
             blocks,
-            Rubbing { along: 2e-6, ..SMOOTH },
+            Rubbing { along: 2.5e-6, ..SMOOTH },
         ),
     ];
     let mut text = String::from(FRICTION_HEAD);
@@ -308,7 +357,15 @@ fn friction_text(world: &SimpleCommunicator) -> Result<String> {
     Ok(text)
 }
 
-const FRICTION_HEAD: &str = "\n## With friction\n\n";
+const FRICTION_HEAD: &str = "\n## With friction\n\n\
+Each cell: alternations for mu = 0 / 0.1 / 0.3 / 1, until normal and tangential forces are within 1e-8 of those of the default\n\
+driver, which takes one for any of them; beside the ratio of the moduli how many of the nodes in contact slip.\n\n\
+The paper remarks that friction does not increase the number of contact iterations. It does: with equal moduli the cylinder\n\
+takes 1.5 to 2 times as many at any mu, pressed only or pushed along, and with other moduli weights stall or diverge that are\n\
+safe without friction. The weight by stiffness suffers least. The reason: a body pressed across its surface moves along it, too,\n\
+two bodies that face each other with opposite signs, so that even equal ones are not in proportion, as weights need it (the\n\
+equal blocks are, without friction: one alternation); and the force of a node that slides follows the pressure an alternation\n\
+late. The remark comes near the truth where nearly all nodes slide against weak friction.\n";
 
 fn table(world: &SimpleCommunicator) -> Result<String> {
     let mut text = String::from(
