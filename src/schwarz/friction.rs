@@ -10,7 +10,7 @@ use crate::{
     error::{Error, Result},
     petsc::Symmetric,
     record::HistoryRow,
-    tolerances::SUM,
+    tolerances::{HELD_COMPLIANCE, SUM},
     vector::{larger, largest},
 };
 use std::ops::Range;
@@ -220,6 +220,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let of_node = |p: usize, k: usize| {
             let normal = first[p] + k;
             let tangential = (first[p + 1] - first[p] > nodes[p].len()).then(|| normal + nodes[p].len());
+            // Supports hold both sides along each other: what they carry is theirs.
+            let tangential = tangential.filter(|&t| f[t * n + t] > HELD_COMPLIANCE);
             Node {
                 normal,
                 tangential,
@@ -231,10 +233,10 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let all = (0..n_pairs).flat_map(|p| (0..nodes[p].len()).map(move |k| (p, k)));
         let problem = Frictional {
             nodes: all.map(|(p, k)| of_node(p, k)).collect(),
-            a: Symmetric::from_lower_rows(n, f),
             modes: self.gathered_modes(&place, &scale),
             stiffness: self.coarse.stiffness.clone(),
             pairs: nodes.clone(),
+            a: Symmetric::from_lower_rows(n, f),
         };
         Ok(Dense { first, nodes, problem, scale })
     }

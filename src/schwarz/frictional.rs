@@ -333,7 +333,11 @@ impl Frictional {
                 next[j] = match states[j] {
                     Touch::Open => {
                         let (y, none) = at(node.normal);
-                        if y < -none { Touch::Stick } else { Touch::Open }
+                        if y < -none {
+                            closing(node, -y, node.tangential.map(|t| at(t).0))
+                        } else {
+                            Touch::Open
+                        }
                     }
                     _ if r < -NONE * force && !node.bonded => Touch::Open,
                     state => {
@@ -370,11 +374,22 @@ impl Frictional {
         if back <= no_slip {
             return state;
         }
-        match (back > 2.0 * bound, state) {
-            (true, Touch::Forwards) => Touch::Backwards,
-            (true, _) => Touch::Forwards,
-            (false, _) => Touch::Stick,
+        Touch::Stick
+    }
+}
+
+/// What a node does that penetrates by `depth` and has slipped by -`y`: as if forces grew with both alike, it sticks within the
+/// cone.
+fn closing(node: &Node, depth: f64, y: Option<f64>) -> Touch {
+    match y {
+        Some(y) if y.abs() > node.friction * depth => {
+            if y < 0.0 {
+                Touch::Forwards
+            } else {
+                Touch::Backwards
+            }
         }
+        _ => Touch::Stick,
     }
 }
 
