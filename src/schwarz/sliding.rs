@@ -53,7 +53,7 @@ impl<B: Respond> Alternation<'_, '_, '_, B> {
             let touch = end.and_then(|(range, known)| known.get(node.normal - range.start).copied());
             let touch = match (touch, self.rows.force[node.normal] > 0.0) {
                 _ if node.bonded => Touch::Stick,
-                (Some(touch), true) if touch != Touch::Open => touch,
+                (Some(touch), true) if touch.slips().is_some() && node.friction.is_finite() => touch,
                 (_, true) => Touch::Stick,
                 (_, false) => Touch::Open,
             };

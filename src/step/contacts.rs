@@ -545,11 +545,13 @@ impl Contacts {
                 continue;
             }
             let range = ranges[i].clone();
+            let touch = driver.touch(range.clone());
+            let unmatched = pair.watched.iter().flatten().filter(|j| touch[**j] != Touch::Open).count();
             let of_range = [&gaps[range.clone()], &elastic[range]];
             let states = &states[i];
-            found.ends.push(EndFound::of_multipliers(
-                surface, end.pair, side, pair, values, of_range, states, thickness,
-            ));
+            let found_end =
+                EndFound::of_multipliers(surface, end.pair, side, pair, values, of_range, states, thickness);
+            found.ends.push(EndFound { unmatched, ..found_end });
             solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
         }
         (found, solution)

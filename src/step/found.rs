@@ -184,7 +184,6 @@ impl EndFound {
         let mut complementarity = [0.0_f64; 2];
         // The nodes of the other side, if they have rows of their own, have an end of their own.
         let n = data.n_own;
-        let unmatched = data.watched.iter().flatten().filter(|j| active[**j]).count();
         let along = &force[data.rows.len()..];
         let slips: Vec<f64> = gaps.iter().skip(data.rows.len()).map(|y| -y).collect();
         let rubbing = data.law.is_frictional().then(|| Rubbing::new(data, states, &slips, thickness));
@@ -222,7 +221,7 @@ impl EndFound {
             normal_force: force.iter().sum(),
             active: active.iter().filter(|a| **a).count(),
             candidates: n,
-            unmatched,
+            unmatched: 0,
             penetration: gaps.iter().map(|g| -g).fold(0.0, larger),
             beyond: 0.0,
             complementarity,
@@ -246,7 +245,7 @@ impl EndFound {
     ) -> EndFound {
         // Of each row its node's state and slip.
         let (states, _) = states.as_chunks::<2>();
-        let slides = |j: usize| Touch::of_code(states[j][0]).slips().is_some();
+        let slides = |j: usize| states.get(j).is_some_and(|state| Touch::of_code(state[0]).slips().is_some());
         let mut table = empty_table(surface);
         table.tangential = data.law.is_frictional().then(|| no_slip(surface));
         let (force, along) = force.split_at(data.rows.len());
