@@ -161,7 +161,8 @@ fn refused(runner: &Runner) {
     let mut case = runner.parse(&blocks(1.0, 8, "friction = 0.3").replace("cells = 32", "cells = 29"));
     case.alternation.driver = Driver::Relaxed(Weights::Response);
     case.alternation.transfer = Transfer::Pointwise;
-    let message = runner.attempt(&case).err().expect("it is refused").to_string();
+    let Err(error) = runner.attempt(&case) else { panic!("it is refused") };
+    let message = error.to_string();
     for part in ["case.toml:", "contact.joint", "do not match", "use transfer = \"mortar\""] {
         assert!(message.contains(part), "{message}");
     }

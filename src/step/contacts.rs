@@ -550,7 +550,7 @@ impl Contacts {
             let of_range = [&gaps[range.clone()], &elastic[range]];
             let states = &states[i];
             let found_end =
-                EndFound::of_multipliers(surface, end.pair, side, pair, values, of_range, states, thickness);
+                EndFound::of_multipliers(surface, side, pair, values, of_range, states, thickness);
             found.ends.push(EndFound { unmatched, ..found_end });
             solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
         }

@@ -170,7 +170,6 @@ impl EndFound {
     /// change of each gap; where all nodes touch from the start, there is no other length to measure a gap by.
     pub fn of_multipliers(
         surface: &Surface,
-        pair: usize,
         side: usize,
         data: &Pair,
         force: &[f64],
@@ -213,7 +212,7 @@ impl EndFound {
         let length = contact_length(surface, &data.cover, &table.pressure, &touches);
         EndFound {
             length,
-            pair,
+            pair: data.number,
             side,
             counts: true,
             multiplier: true,
