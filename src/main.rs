@@ -291,8 +291,12 @@ fn accuracy(summary: &Summary) -> String {
 }
 
 fn print_row(row: &HistoryRow, terminal: bool) {
-    if row.alternation == 1 && row.step > 1 {
-        eprintln!("load step {}", row.step);
+    if row.alternation == 1 {
+        match (row.step, row.increment) {
+            (1, 1) => {}
+            (step, 1) => eprintln!("load step {step}"),
+            (step, increment) => eprintln!("load step {step}, increment {increment}"),
+        }
     }
     let HistoryRow { alternation, displacement_jump: jump, force_imbalance, active, open, flips, .. } = row;
     let HistoryRow { contraction, penetration, .. } = row;
@@ -327,7 +331,14 @@ fn check(case: &Case, world: &SimpleCommunicator) -> Result<i32> {
             println!("body {}: rigid, no unknowns", rigid.name);
         }
         if !case.steps.is_empty() {
-            println!("{} load steps", case.steps.len());
+            let least: usize = case.steps.iter().map(|step| step.increments.least()).sum();
+            let automatic = case.steps.iter().any(|step| step.increments == case::Increments::Automatic);
+            let increments = match (automatic, least > case.steps.len()) {
+                (true, _) => format!(", at least {least} increments"),
+                (false, true) => format!(", {least} increments"),
+                (false, false) => String::new(),
+            };
+            println!("{} load steps{increments}", case.steps.len());
         }
     }
     Ok(0)

@@ -373,9 +373,14 @@ fn loads_supports_and_temperature_superpose() {
                 let mut rows = Some(if group.rank() == 0 { scene.rows(false) } else { Vec::new() });
                 let mut response = None;
                 let mut free = Vec::new();
-                let f = |loads, supports, temperature| LoadFactors { loads, supports, temperature };
+                let f = |loads, supports, temperature| LoadFactors {
+                    loads,
+                    supports,
+                    temperature,
+                    ..LoadFactors::NONE
+                };
                 for factors in [f(1.0, 0.0, 0.0), f(0.0, 1.0, 0.0), f(0.0, 0.0, 1.0), f(0.7, -2.0, 0.3)] {
-                    body.set_load(factors, group).unwrap();
+                    body.set_load(&factors, group).unwrap();
                     match &mut response {
                         None => response = Some(body.respond(group, rows.take().unwrap()).unwrap()),
                         Some(response) => body.reload(group, response).unwrap(),
@@ -455,7 +460,7 @@ fn a_hotter_step_has_another_stiffness() {
             let mut pushed = Vec::new();
             let mut free = vec![response.free().to_vec()];
             drive(group, &mut response, |r| pushed.push(r.force_step(&force).unwrap()));
-            body.set_load(LoadFactors { temperature: 0.0, ..LoadFactors::default() }, group).unwrap();
+            body.set_load(&LoadFactors { temperature: 0.0, ..LoadFactors::FULL }, group).unwrap();
             body.reload(group, &mut response).unwrap();
             drive(group, &mut response, |r| pushed.push(r.force_step(&force).unwrap()));
             free.push(response.free().to_vec());

@@ -129,6 +129,7 @@ fn history() -> Vec<HistoryRow> {
     };
     let row = |i: u64| HistoryRow {
         step: 1,
+        increment: 1,
         alternation: i + 1,
         update: i / 2 + 1,
         displacement_jump: 0.1f64.powi(i as i32),
@@ -286,6 +287,9 @@ fn stepped_run() -> RunInfo {
         loads: 0.5 * k as f64,
         supports: 1.0,
         temperature: 1.0 - 0.25 * k as f64,
+        at: Some(0.5 + k as f64),
+        paths: [("shear".into(), 0.1 * k as f64), ("preload".into(), 1.0)].into(),
+        increments: 1 + k,
         reason,
         alternations: 3 + k,
         updates: k,
@@ -304,7 +308,9 @@ fn stepped_run() -> RunInfo {
 }
 
 fn stepped_history() -> Vec<HistoryRow> {
-    let of_step = |step| history().into_iter().map(move |row| HistoryRow { step, ..row });
+    let of_step = |step| {
+        history().into_iter().map(move |row| HistoryRow { step, increment: 1 + row.alternation / 2, ..row })
+    };
     (1..=3).flat_map(of_step).collect()
 }
 

@@ -1,5 +1,6 @@
 //! Contact pairs and load steps after a run, as they go into the result file.
 use super::Reason;
+use std::collections::BTreeMap;
 
 /// One side of a contact pair after the run, node by node along the surface. Held by one rank only.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -82,6 +83,12 @@ pub struct LoadStep {
     pub supports: f64,
     /// Factor on temperature less reference temperature.
     pub temperature: f64,
+    /// Path parameter; only if a path has a table.
+    pub at: Option<f64>,
+    /// Factor of each load path, by name.
+    pub paths: BTreeMap<String, f64>,
+    /// Increments that led to it.
+    pub increments: u64,
     /// How the alternation ended.
     pub reason: Reason,
     /// Alternations made.

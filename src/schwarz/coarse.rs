@@ -6,7 +6,7 @@
 use super::{Coupling, Respond};
 use crate::parallel::Exchange;
 use crate::tolerances::{FREE_OF_CONTACT, NO_WORK, SUM};
-use crate::vector::{larger, smaller, symmetric_eigen};
+use crate::vector::{larger, largest, smaller, symmetric_eigen};
 use nalgebra::{DMatrix, DVector};
 
 /// A slope of the rigid start's energy below this, relative to the first, is none.
@@ -331,11 +331,12 @@ impl Coarse {
         resists: &[Resists],
         open_ended: bool,
     ) -> Option<f64> {
-        // What is round-off of bodies that move together closes nothing.
+        // What is round-off of bodies that move together, or of a direction that has no part of a motion, closes nothing.
+        let farthest = largest(direction);
         let along = |j: usize| {
             let parts = self.rows[j].iter().flatten().map(|&(k, z)| (z * direction[k]).abs()).sum::<f64>();
             let along = self.at(j, direction);
-            if along.abs() > SUM * parts { along } else { 0.0 }
+            if along.abs() > SUM * larger(parts, farthest) { along } else { 0.0 }
         };
         let along: Vec<f64> = (0..gap.len()).map(along).collect();
         let pen: Vec<f64> = (0..gap.len()).map(|j| self.at(j, alpha) - gap[j]).collect();

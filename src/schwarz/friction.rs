@@ -274,7 +274,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let exchange = self.coupling.exchange;
         let place = Layout { coupling: self.coupling, first: &dense.first };
         let gap: Vec<f64> = std::iter::zip(place.gather(gap), &dense.scale).map(|(g, s)| g / s).collect();
-        let given = Given { gap: &gap, work: &self.coarse.work, alpha: &self.alpha };
+        let given = Given { gap: &gap, work: &self.coarse.work };
         let found = if place.solves() { dense.problem.solve(&given, starts) } else { Ok(None) };
         let found = exchange.agree(found)?;
         let (n, m, nodes) = (gap.len(), self.coarse.n, dense.problem.nodes.len());
@@ -314,7 +314,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 self.active[range.start + k] = touch != Touch::Open;
                 if range.len() > n {
                     self.touch[range.start + n + k] = touch;
-                    self.active[range.start + n + k] = touch == Touch::Stick;
+                    let acts = dense.problem.nodes[node].tangential.is_some();
+                    self.active[range.start + n + k] = acts && touch == Touch::Stick;
                 }
             }
         }

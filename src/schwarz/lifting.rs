@@ -103,13 +103,12 @@ impl Path<'_> {
 
     /// Forces and gaps at theta = 0, and their rates, with these states; `None` if they do not decide them.
     fn line(&self, states: &[Touch]) -> Result<Option<[Point; 2]>> {
-        let alpha = vec![0.0; self.work[0].len()];
         let of = |k: usize| -> Result<Option<Point>> {
             let mut problem = std::borrow::Cow::Borrowed(self.problem);
             if k == 1 && self.problem.nodes.iter().any(|n| n.shear != 0.0) {
                 problem.to_mut().nodes.iter_mut().for_each(|n| n.shear = 0.0);
             }
-            let given = Given { gap: self.gap[k], work: self.work[k], alpha: &alpha };
+            let given = Given { gap: self.gap[k], work: self.work[k] };
             let Some(forces) = problem.on_states(states, &given)? else { return Ok(None) };
             let gaps = problem.gaps(&forces, self.gap[k])?;
             Ok(Some((forces, gaps)))

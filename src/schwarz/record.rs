@@ -95,6 +95,7 @@ impl Recorder {
         let jump = size(&residuals);
         self.rows.push(HistoryRow {
             step: self.step,
+            increment: 1,
             alternation: self.count as u64,
             update: state.update as u64,
             displacement_jump: if state.scale > 0.0 { jump / state.scale } else { 0.0 },

@@ -2,7 +2,7 @@
 use super::{
     found::{EndFound, Found},
     neutral::Neutral,
-    place::Place,
+    place::{Place, rigid_factor},
     rows::{Held, Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion, turned},
     state::{NodeState, PairState, State},
     task::{Influence, Scene, Solution, Task},
@@ -216,7 +216,8 @@ impl Contacts {
         let mut surfaces = both_surfaces(case, plan, exchange, &moved);
         for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
             if let (true, Some(motion)) = (is_updated(pair), rigid_motion(case, pair, 1 - side)) {
-                let u = motion.map(|m| to.supports * m);
+                let factor = to.rigid_factor(case, pair, 1 - side);
+                let u = motion.map(|m| factor * m);
                 surfaces[i][1] = surfaces[i][1].moved(&vec![u; surfaces[i][1].nodes.len()]);
             }
         }
@@ -243,11 +244,13 @@ impl Contacts {
             }
             let rows = pairs[end.pair].as_ref().map_or(&[][..], |p| &p.rows);
             let other = |j: usize| received[i].get(j).copied().unwrap_or(0.0);
+            let side = pairs[end.pair].as_ref().map_or(0, |p| 1 - p.multiplier);
+            let factor = to.rigid_factor(case, end.pair, side);
             rows.iter()
                 .enumerate()
                 .map(|(j, row)| row.gap + if is_updated(end.pair) { present[i][j] + other(j) } else { 0.0 })
                 .zip(pairs[end.pair].iter().flat_map(|p| &p.rigid_motion))
-                .map(|(gap, motion)| gap + if is_updated(end.pair) { to.supports * motion } else { 0.0 })
+                .map(|(gap, motion)| gap + if is_updated(end.pair) { factor * motion } else { 0.0 })
                 .collect()
         });
         self.gaps = Some(gaps.collect());
@@ -384,8 +387,9 @@ impl Contacts {
                 rows[i].gap.truncate(pair.rows.len());
                 rows[i].gap.extend(&travelled[i]);
             }
+            let factor = rigid_factor(case, task.target.factors, end.pair, 1 - pair.multiplier);
             std::iter::zip(&mut rows[i].gap, &pair.rigid_motion)
-                .for_each(|(gap, motion)| *gap -= task.target.factors.supports * motion);
+                .for_each(|(gap, motion)| *gap -= factor * motion);
         }
         rows
     }
@@ -431,8 +435,9 @@ impl Contacts {
                 continue;
             };
             let n = pair.rows.len();
+            let factor = task.from.rigid_factor(task.scene.case, end.pair, 1 - pair.multiplier);
             for (j, own) in own.iter_mut().enumerate() {
-                *own += other.get(j).copied().unwrap_or(0.0) + task.from.supports * pair.rigid_motion[n + j];
+                *own += other.get(j).copied().unwrap_or(0.0) + factor * pair.rigid_motion[n + j];
             }
         }
         own

@@ -76,3 +76,20 @@ impl State {
         pairs.iter().flat_map(of).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A restart goes on where the paths are; a state of a case without paths needs to say nothing of them.
+    #[test]
+    fn a_state_carries_the_factors_of_all_paths() {
+        let factors = LoadFactors { loads: 0.5, at: 1.5, paths: vec![0.25, -1.0], ..LoadFactors::NONE };
+        let state = State { factors, ..State::start() };
+        let text = serde_json::to_string(&state).unwrap();
+        assert_eq!(serde_json::from_str::<State>(&text).unwrap(), state);
+        let plain = text.replace(",\"at\":1.5,\"paths\":[0.25,-1.0]", "");
+        let read: State = serde_json::from_str(&plain).unwrap();
+        assert!(plain != text && read.factors == LoadFactors { loads: 0.5, ..LoadFactors::NONE });
+    }
+}
