@@ -78,6 +78,9 @@ struct Rubbing {
 
 const SMOOTH: Rubbing = Rubbing { friction: 0.0, along: 0.0, transfer: "pointwise" };
 
+/// The case text of a ratio of moduli.
+type Scene = fn(f64, Rubbing) -> String;
+
 /// Two equal blocks on each other.
 fn blocks(ratio: f64, Rubbing { friction, along, transfer }: Rubbing) -> String {
     format!(
@@ -244,11 +247,7 @@ fn read(text: &str) -> Result<Case> {
 }
 
 /// A table of a scene with friction: in each cell the counts for all coefficients.
-fn with_friction(
-    world: &SimpleCommunicator,
-    scene: fn(f64, Rubbing) -> String,
-    rubbing: Rubbing,
-) -> Result<String> {
+fn with_friction(world: &SimpleCommunicator, scene: Scene, rubbing: Rubbing) -> Result<String> {
     let mut tally = Tally::default();
     let mut text = String::from("| E_A/E_B | nodes that slip |");
     WEIGHTS.iter().for_each(|(name, _)| write!(text, " {name} |").expect("a string grows"));
@@ -331,7 +330,7 @@ impl Tally {
 }
 
 fn friction_text(world: &SimpleCommunicator) -> Result<String> {
-    let scenes: [(&str, fn(f64, Rubbing) -> String, Rubbing); 4] = [
+    let scenes: [(&str, Scene, Rubbing); 4] = [
         (
             "Cylinder on block, pressed only, mortar transfer",
             cylinder,
