@@ -111,9 +111,10 @@ impl Scene {
                             term(i - 1, normal, 0.4),
                             term(i + 1, normal, -0.1),
                         ],
+                        tangential: false,
                     }
                 }
-                false => BodyRow { terms: vec![term(i, self.normals[i], 1.0)] },
+                false => BodyRow { terms: vec![term(i, self.normals[i], 1.0)], tangential: false },
             })
             .collect()
     }
@@ -452,7 +453,7 @@ fn a_hotter_step_has_another_stiffness() {
                 Body::new(&case.bodies[0], case.analysis, &mesh, group, &surface.nodes, kind).unwrap();
             let rows = || -> Vec<BodyRow> {
                 let n = if group.rank() == 0 { surface.nodes.len() } else { 0 };
-                (0..n).map(|i| BodyRow { terms: vec![(i, surface.normals[i])] }).collect()
+                (0..n).map(|i| BodyRow { terms: vec![(i, surface.normals[i])], tangential: false }).collect()
             };
             let force = noise(surface.nodes.len(), 1.0);
             let mut response = body.respond(group, rows()).unwrap();

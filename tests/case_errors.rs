@@ -398,6 +398,12 @@ fn drivers() {
             "alternation.weights: \"nonsense\" was given; weights belong to driver = \"relaxed\"",
         ),
         ("transfer = \"morter\"", "", "one of 'mortar', 'pointwise' is needed; did you mean 'mortar'?"),
+        (
+            "driver = \"relaxed\"",
+            "friction = 0.3\ngeometry = \"updated\"",
+            "f.toml:33: contact.main.geometry: driver = \"relaxed\" with transfer = \"pointwise\", its default, has friction \
+             where nodes match",
+        ),
         ("", "geometry = \"update\"", "one of 'initial', 'updated' is needed; did you mean 'updated'?"),
         (
             "",

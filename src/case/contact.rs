@@ -31,7 +31,10 @@ pub(super) fn read(
     let conjugate = conjugate(fields, alternation);
     let geometry =
         fields.choice("geometry").map(|choice| [ContactGeometry::Initial, ContactGeometry::Updated][choice]);
-    let law = law(fields, alternation);
+    let law = law(fields).unwrap_or_default();
+    if geometry == Some(ContactGeometry::Updated) && law.is_frictional() {
+        refuse_slipping_apart(fields, alternation);
+    }
     let surfaces = surfaces(fields, bodies)?;
     let default_name = || {
         let body_name = |body| bodies.iter().find(|b| b.body == body).map_or("", |b| b.name);
@@ -43,14 +46,14 @@ pub(super) fn read(
         search_distance,
         conjugate: conjugate.unwrap_or(ConjugateRule::ClosestPoint),
         geometry: geometry.unwrap_or(ContactGeometry::Initial),
-        law: law.unwrap_or_default(),
+        law,
         origin: fields.origin(),
         surfaces,
     })
 }
 
 /// `law`, `friction` and `shear`, which go together.
-fn law(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Option<Law> {
+fn law(fields: &Fields<'_>) -> Option<Law> {
     let friction = fields.number_if("friction", |value| value >= 0.0, "must be >= 0");
     let shear = fields.number_if("shear", |value| value > 0.0, "must be > 0");
     const COULOMB: usize = 1;
@@ -68,7 +71,7 @@ fn law(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Option<Law
             _ => {}
         }
     }
-    let law = match chosen {
+    Some(match chosen {
         COULOMB => match friction? {
             0.0 => Law::Frictionless,
             friction => Law::Coulomb { friction },
@@ -77,14 +80,20 @@ fn law(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Option<Law
         3 => Law::Rough,
         4 => Law::Tied,
         _ => Law::Frictionless,
-    };
-    if law.is_frictional() && matches!(alternation?.driver, Driver::Relaxed(_)) {
-        let key = if fields.has("law") { "law" } else { "friction" };
-        return fields.field(key)?.refuse(
-            "driver = \"relaxed\" has no tangential forces yet: use driver = \"active set\", the default, with friction",
+    })
+}
+
+/// The paper's transfer has friction where nodes match: those that slip do not when they are followed.
+fn refuse_slipping_apart(fields: &Fields<'_>, alternation: Option<&AlternationCase>) {
+    let papers =
+        |a: &AlternationCase| matches!(a.driver, Driver::Relaxed(_)) && a.transfer == Transfer::Pointwise;
+    if alternation.is_some_and(papers) {
+        fields.error_at(
+            "geometry",
+            "driver = \"relaxed\" with transfer = \"pointwise\", its default, has friction where nodes match, which they do \
+             no more once they have slipped: use transfer = \"mortar\", or geometry = \"initial\"",
         );
     }
-    Some(law)
 }
 
 /// What `law` may be, in the order of its choices.

@@ -659,9 +659,10 @@ or `updated`, following the deformation.",
         about: "An alternation is a force step of all bodies and a displacement step of all bodies. The driver says \
 what is made of them. `active set`: which nodes touch is decided by a primal-dual active set, their forces by \
 conjugate gradients, one iteration of which is one alternation. `relaxed`: the paper's alternation, in which each \
-body takes its share of a correction by `weights`; the supports of each body must hold it, and it answers condensed.\n\nTransfer: `mortar` integrates over the surface that both have \
+body takes its share of a correction by `weights`; the supports of each body must hold it, and it answers condensed. With friction all nodes that touch stick at first, and \
+slide where the corrected tangential force is beyond its bound (37, 40).\n\nTransfer: `mortar` integrates over the surface that both have \
 in common; meshes need not match. `pointwise` takes nodal values at conjugate points: with `relaxed` those of the nodes of \
-both surfaces, the paper's transfer; with `active set` the nodes of one surface against the facets of the other.\n\n\
+both surfaces, the paper's transfer, which has friction only where nodes match; with `active set` the nodes of one surface against the facets of the other.\n\n\
 Weights: `response` is the response per node, |v_m|/(|v_m| + |v_s|) with v = u - u_free, \
 the default, since \
 it follows the stiffness of the two bodies without being told; `response per surface` takes norms over the \

@@ -236,7 +236,10 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let mut parts = 0.0;
         for (i, end) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
             let mut hasher = DefaultHasher::new();
-            (end.pair, &self.active[self.coupling.ranges[i].clone()]).hash(&mut hasher);
+            let range = self.coupling.ranges[i].clone();
+            (end.pair, &self.active[range.clone()]).hash(&mut hasher);
+            // Which way a node slips.
+            self.touch.get(range).hash(&mut hasher);
             // 32 bits of each pair add up exactly in a double, in any order.
             parts += (hasher.finish() >> 32) as f64;
         }

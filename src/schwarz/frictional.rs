@@ -96,7 +96,7 @@ pub(super) struct Node {
     pub tangential: Option<usize>,
     /// mu; infinite: it never slips.
     pub friction: f64,
-    /// q, in the scaled forces.
+    /// q, in the units of the forces.
     pub shear: f64,
     /// Never open, in tension neither.
     pub bonded: bool,
@@ -424,7 +424,16 @@ mod tests {
             Symmetric::from_lower_rows(2 * n, (0..4 * n * n).map(|k| at(k / (2 * n), k % (2 * n))).collect());
         let node = |j| Node { normal: j, tangential: Some(n + j), friction, shear: 0.0, bonded: false };
         let nodes = (0..n).map(node).collect();
-        (Frictional { a, modes: Vec::new(), stiffness: Vec::new(), nodes, pairs: Vec::from([0..n]) }, x)
+        (
+            Frictional {
+                a,
+                modes: Vec::new(),
+                stiffness: Vec::new(),
+                nodes,
+                pairs: std::iter::once(0..n).collect(),
+            },
+            x,
+        )
     }
 
     /// The states' own conditions, to round-off.
@@ -513,7 +522,7 @@ mod tests {
             modes,
             stiffness: vec![0.0; 2],
             nodes: (0..n).map(node).collect(),
-            pairs: Vec::from([0..n]),
+            pairs: std::iter::once(0..n).collect(),
         };
         for (share, holds) in [(0.0, true), (0.99, true), (1.0 - 1e-8, true), (1.01, false)] {
             let work = [12.0, share * 0.3 * 12.0];

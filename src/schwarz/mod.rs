@@ -22,6 +22,7 @@ mod quadratic;
 mod record;
 mod respond;
 mod scales;
+mod sliding;
 mod state;
 #[cfg(test)]
 mod tests;
@@ -29,7 +30,7 @@ mod tolerance;
 mod verdict;
 pub mod weights;
 
-pub use alternation::{Alternation, Measures};
+pub use alternation::{Alternation, Known, Measures};
 pub use coarse::{Coarse, Projector};
 pub use coupling::{Coupling, End, Interpolated, PairRows, Share, Steps};
 pub use frictional::Touch;

@@ -3,7 +3,7 @@ use super::{
     found::{EndFound, Found},
     neutral::Neutral,
     place::{Place, rigid_factor},
-    rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion, turned},
+    rows::{Held, Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion, turned},
     state::{NodeState, PairState, State},
     task::{Influence, Scene, Solution, Task},
 };
@@ -24,8 +24,8 @@ use crate::{
     record::{HistoryRow, Reason},
     scene::{ContactSide, Plan},
     schwarz::{
-        AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Limits, Outcome, PairRows, Projector, Respond,
-        Touch,
+        AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Known, Limits, Outcome, PairRows, Projector,
+        Respond, Touch,
     },
 };
 use nalgebra::DMatrix;
@@ -42,7 +42,7 @@ const TOP: f64 = 0.95;
 pub(crate) struct Contacts {
     pub pairs: Vec<Option<Pair>>,
     pub shares: Shares,
-    held: Vec<[Vec<bool>; 2]>,
+    held: Vec<[Vec<Held>; 2]>,
     /// Gap of each row of each end at zero displacement, as seen from the deformed geometry, m; `None`: the rows' own.
     gaps: Option<Vec<Vec<f64>>>,
 }
@@ -150,6 +150,7 @@ impl Contacts {
         });
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
         let contacts = Contacts { pairs, shares, held, gaps: None };
+        exchange.agree(contacts.refuse_unmatched_friction(case))?;
         let hopeless = contacts.overlapping(case, plan, NO_ANSWER).into_iter().next();
         let checked = match hopeless {
             Some((pair, text)) => Err(case.contacts[pair].origin.error(format!(
@@ -158,6 +159,21 @@ impl Contacts {
             None => Ok(contacts),
         };
         exchange.agree(checked)
+    }
+
+    /// The paper's transfer interpolates forces where nodes do not match: what they have along the surfaces would not be bounded
+    /// by the pressure that they have at the same place.
+    fn refuse_unmatched_friction(&self, case: &Case) -> Result<()> {
+        let unmatched =
+            |pair: &&Pair| pair.law.is_frictional() && pair.watched.iter().any(|rows| !rows.is_empty());
+        match self.pairs.iter().flatten().find(unmatched) {
+            Some(pair) => Err(case.contacts[pair.number].origin.error(format!(
+                "contact '{}': the nodes of the two surfaces do not match, and driver = \"relaxed\" has friction with \
+                 transfer = \"pointwise\", its default, only where they do: use transfer = \"mortar\", or meshes that match",
+                case.contacts[pair.number].name
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// By how much facets of surfaces that are followed stretch or turn, the largest, relative to their length.
@@ -316,7 +332,11 @@ impl Contacts {
         let ended = match case.alternation.driver {
             Driver::ActiveSet if case.has_friction() => driver.run_with_friction(touch.as_deref(), progress),
             Driver::ActiveSet => driver.run(warm.as_deref(), progress),
-            Driver::Relaxed(weights) => driver.relax(weights, warm.as_deref(), progress).map(Ended::Outcome),
+            Driver::Relaxed(weights) => {
+                let known =
+                    warm.as_deref().zip(touch.as_deref()).map(|(force, touch)| Known { force, touch });
+                driver.relax(weights, known, progress).map(Ended::Outcome)
+            }
         };
         let ended = match ended {
             Ok(ended) => ended,
@@ -530,13 +550,13 @@ impl Contacts {
                 continue;
             }
             let range = ranges[i].clone();
-            let of_range = [&gaps[range.clone()], &elastic[range.clone()]];
-            let active = &driver.active[range];
-            let unmatched = pair.watched.iter().flatten().filter(|j| active[**j]).count();
+            let touch = driver.touch(range.clone());
+            let unmatched = pair.watched.iter().flatten().filter(|j| touch[**j] != Touch::Open).count();
+            let of_range = [&gaps[range.clone()], &elastic[range]];
             let states = &states[i];
-            found.ends.push(EndFound::of_multipliers(
-                surface, end.pair, side, pair, values, of_range, states, unmatched, thickness,
-            ));
+            let found_end =
+                EndFound::of_multipliers(surface, side, pair, values, of_range, states, thickness);
+            found.ends.push(EndFound { unmatched, ..found_end });
             solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
         }
         (found, solution)
@@ -660,7 +680,7 @@ impl Contacts {
         warnings
     }
 
-    /// What a user can do about a failure: the nodes that do not settle, pair by pair.
+    /// What a user can do about a failure: the nodes that do not settle, pair by pair, where they have rows of their own.
     fn diagnose(&self, task: &Task, flipped: &[usize]) -> Vec<String> {
         let mut lines = Vec::new();
         let mut first = 0;
@@ -679,9 +699,10 @@ impl Contacts {
             if !points.is_empty() {
                 let shown = points.len().min(6);
                 lines.push(format!(
-                    "contact '{}': {} node(s) still change between open and closed, near {}{}",
+                    "contact '{}': {} node(s) still change between {}, near {}{}",
                     task.scene.case.contacts[end.pair].name,
                     points.len(),
+                    if pair.law.is_frictional() { "open, sticking and slipping" } else { "open and closed" },
                     points[..shown].join(", "),
                     if points.len() > shown { ", ..." } else { "" }
                 ));

@@ -170,13 +170,11 @@ impl EndFound {
     /// change of each gap; where all nodes touch from the start, there is no other length to measure a gap by.
     pub fn of_multipliers(
         surface: &Surface,
-        pair: usize,
         side: usize,
         data: &Pair,
         force: &[f64],
         [gaps, elastic]: [&[f64]; 2],
         states: &[NodeState],
-        unmatched: usize,
         thickness: f64,
     ) -> EndFound {
         let mut table = SideTable { multipliers: true, ..empty_table(surface) };
@@ -214,7 +212,7 @@ impl EndFound {
         let length = contact_length(surface, &data.cover, &table.pressure, &touches);
         EndFound {
             length,
-            pair,
+            pair: data.number,
             side,
             counts: true,
             multiplier: true,
@@ -222,7 +220,7 @@ impl EndFound {
             normal_force: force.iter().sum(),
             active: active.iter().filter(|a| **a).count(),
             candidates: n,
-            unmatched,
+            unmatched: 0,
             penetration: gaps.iter().map(|g| -g).fold(0.0, larger),
             beyond: 0.0,
             complementarity,
@@ -246,7 +244,7 @@ impl EndFound {
     ) -> EndFound {
         // Of each row its node's state and slip.
         let (states, _) = states.as_chunks::<2>();
-        let slides = |j: usize| Touch::of_code(states[j][0]).slips().is_some();
+        let slides = |j: usize| states.get(j).is_some_and(|state| Touch::of_code(state[0]).slips().is_some());
         let mut table = empty_table(surface);
         table.tangential = data.law.is_frictional().then(|| no_slip(surface));
         let (force, along) = force.split_at(data.rows.len());

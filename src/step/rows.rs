@@ -31,7 +31,8 @@ pub(crate) struct Pair {
     pub n_own: usize,
     /// Rows whose forces do not act on the multiplier side and on the mortar side.
     pub watched: [Vec<usize>; 2],
-    /// Per row: whether supports hold the multiplier side and the mortar side, or these are rigid.
+    /// Per row, tangential ones after the normal ones: whether supports hold the multiplier side and the mortar side, or
+    /// these are rigid.
     pub held: Vec<[bool; 2]>,
     /// Mesh node of each row.
     pub nodes: Vec<u32>,
@@ -57,13 +58,16 @@ pub(crate) struct Pair {
     pub law: Law,
 }
 
+/// Whether supports hold a node of a surface along its normal, and along the surface.
+pub(super) type Held = [bool; 2];
+
 /// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
 /// Not collective.
 pub(crate) fn pair_rows(
     case: &Case,
     plan: &Plan,
     surfaces: &[[Surface; 2]],
-    held: &[[Vec<bool>; 2]],
+    held: &[[Vec<Held>; 2]],
 ) -> Vec<Option<Pair>> {
     let mut pairs: Vec<Option<Pair>> = case.contacts.iter().map(|_| None).collect();
     for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
@@ -95,7 +99,7 @@ fn one_pair(
     plan: &Plan,
     pair: usize,
     sides: [&Surface; 2],
-    held: [&Vec<bool>; 2],
+    held: [&Vec<Held>; 2],
     taken: &[(BodyRef, HashSet<u32>)],
 ) -> Pair {
     let contact = &case.contacts[pair];
@@ -148,10 +152,10 @@ fn one_pair(
     // contact's: where surfaces slip past a clamp by little, what neighbours have of the row there could close a gap only by
     // huge forces.
     let held = [held[multiplier], held[1 - multiplier]];
-    let is_held = |row: &Row| {
-        [0, 1].map(|s| {
-            row.terms[s].iter().all(|&(node, _)| held[s].get(node as usize).copied().unwrap_or(true))
-        })
+    let node_is_held =
+        |side: usize, node: u32, along: usize| held[side].get(node as usize).is_none_or(|held| held[along]);
+    let is_held = |row: &Row, along: usize| {
+        [0, 1].map(|s| row.terms[s].iter().all(|&(node, _)| node_is_held(s, node, along)))
     };
     let yields = |(row, acts): &(Row, Acts)| {
         let (mut free, mut all) = (0.0, 0.0);
@@ -159,7 +163,7 @@ fn one_pair(
             for (node, v) in terms {
                 let size = dot(v, v).sqrt();
                 all += size;
-                free += if held[s].get(*node as usize).copied().unwrap_or(true) { 0.0 } else { size };
+                free += if node_is_held(s, *node, NORMAL) { 0.0 } else { size };
             }
         }
         free > HELD_PRESCRIBED * all
@@ -195,7 +199,9 @@ fn one_pair(
         law: contact.law,
         multiplier,
         nodes: rows[..n_own].iter().map(|row| own.nodes[row.node as usize]).collect(),
-        held: rows.iter().map(is_held).collect(),
+        held: (NORMAL..=if contact.law.is_frictional() { ALONG } else { NORMAL })
+            .flat_map(|along| rows.iter().map(move |row| is_held(row, along)))
+            .collect(),
         rows,
         n_own,
         watched,
@@ -218,6 +224,10 @@ fn one_pair(
 type Acts = [bool; 2];
 
 const BOTH: Acts = [true, true];
+
+/// The places in [`Held`].
+const NORMAL: usize = 0;
+const ALONG: usize = 1;
 
 /// Rows of the nodes of the multiplier side, which act on both sides. With `both_sides` only where two nodes are each other's
 /// conjugate points; all other nodes of either side have rows that act on their own side alone.
@@ -426,10 +436,10 @@ impl Shares {
                     });
                     (at, v)
                 });
-                shares.body_rows[place].push(BodyRow { terms: terms.collect() });
+                shares.body_rows[place].push(BodyRow { terms: terms.collect(), tangential: false });
             }
             if data.law.is_frictional() {
-                let along = |row: &BodyRow| BodyRow { terms: turned(&row.terms) };
+                let along = |row: &BodyRow| BodyRow { terms: turned(&row.terms), tangential: true };
                 let tangential: Vec<BodyRow> = shares.body_rows[place][first..].iter().map(along).collect();
                 shares.body_rows[place].extend(tangential);
             }
@@ -477,25 +487,26 @@ pub(crate) fn both_surfaces(
         .collect()
 }
 
-/// Per end: which nodes of both surfaces a support holds along the normal. Collective on the roots.
-pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<bool>; 2]>> {
+/// Per end: which nodes of both surfaces a support holds. Collective on the roots.
+pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<Held>; 2]>> {
     let mut own = Vec::new();
     for (surface, &ContactSide { body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
         let mesh = &plan.meshes[plan.place(body)];
         let constraints = Constraints::new(&case.bodies[body], mesh)?;
-        let is_held = |(node, normal): (&u32, &[f64; 3])| {
-            constraints.0.get(node).is_some_and(|support| {
-                let free = support.free_part(normal, mesh.dim);
+        let is_held = |(node, normal): (&u32, &[f64; 3])| -> Held {
+            let Some(support) = constraints.0.get(node) else { return [false; 2] };
+            let [x, y, z] = *normal;
+            [[x, y, z], [-y, x, z]].map(|direction| {
+                let free = support.free_part(&direction, mesh.dim);
                 dot(&free, &free).sqrt() < HELD_DIRECTION
             })
         };
-        own.push(std::iter::zip(&surface.nodes, &surface.normals).map(is_held).collect::<Vec<bool>>());
+        own.push(std::iter::zip(&surface.nodes, &surface.normals).map(is_held).collect::<Vec<Held>>());
     }
-    let out: Vec<Vec<f64>> =
-        own.iter().map(|held| held.iter().map(|h| f64::from(u8::from(*h))).collect()).collect();
+    let told = |held: &Held| held.map(|h| f64::from(u8::from(h)));
+    let out: Vec<Vec<f64>> = own.iter().map(|held| held.iter().flat_map(told).collect()).collect();
     let received = exchange.swap(&out);
     // Of a rigid surface nothing is received: all its nodes are held.
-    Ok(std::iter::zip(own, received)
-        .map(|(own, other)| [own, other.iter().map(|h| *h > 0.5).collect()])
-        .collect())
+    let heard = |other: &[f64]| other.as_chunks::<2>().0.iter().map(|h| h.map(|h| h > 0.5)).collect();
+    Ok(std::iter::zip(own, received).map(|(own, other)| [own, heard(&other)]).collect())
 }
