@@ -227,6 +227,18 @@ fn run(case: &Case, out: Option<PathBuf>, adapt: &AdaptArgs, world: &SimpleCommu
                 pair.force_imbalance
             );
         }
+        for (pair, friction) in summary.pairs.iter().filter_map(|p| Some((p, p.friction.as_ref()?))) {
+            println!(
+                "contact {}: {}: tangential force {:.6e}, slipping over {:.6e}, sticking over {:.6e}, slip up to {:.3e}, dissipated {:.3e}",
+                pair.name,
+                friction.law,
+                friction.force,
+                friction.slip_length,
+                friction.stick_length,
+                friction.max_slip,
+                friction.dissipated
+            );
+        }
         let verdict = if summary.converged { "converged" } else { "NOT CONVERGED" };
         println!(
             "{verdict} ({}) after {} alternations: {} Residual {:.1e}, {:.2} s",
@@ -279,8 +291,12 @@ fn accuracy(summary: &Summary) -> String {
 }
 
 fn print_row(row: &HistoryRow, terminal: bool) {
-    if row.alternation == 1 && row.step > 1 {
-        eprintln!("load step {}", row.step);
+    if row.alternation == 1 {
+        match (row.step, row.increment) {
+            (1, 1) => {}
+            (step, 1) => eprintln!("load step {step}"),
+            (step, increment) => eprintln!("load step {step}, increment {increment}"),
+        }
     }
     let HistoryRow { alternation, displacement_jump: jump, force_imbalance, active, open, flips, .. } = row;
     let HistoryRow { contraction, penetration, .. } = row;
@@ -315,7 +331,14 @@ fn check(case: &Case, world: &SimpleCommunicator) -> Result<i32> {
             println!("body {}: rigid, no unknowns", rigid.name);
         }
         if !case.steps.is_empty() {
-            println!("{} load steps", case.steps.len());
+            let least: usize = case.steps.iter().map(|step| step.increments.least()).sum();
+            let automatic = case.steps.iter().any(|step| step.increments == case::Increments::Automatic);
+            let increments = match (automatic, least > case.steps.len()) {
+                (true, _) => format!(", at least {least} increments"),
+                (false, true) => format!(", {least} increments"),
+                (false, false) => String::new(),
+            };
+            println!("{} load steps{increments}", case.steps.len());
         }
     }
     Ok(0)

@@ -111,9 +111,10 @@ impl Scene {
                             term(i - 1, normal, 0.4),
                             term(i + 1, normal, -0.1),
                         ],
+                        tangential: false,
                     }
                 }
-                false => BodyRow { terms: vec![term(i, self.normals[i], 1.0)] },
+                false => BodyRow { terms: vec![term(i, self.normals[i], 1.0)], tangential: false },
             })
             .collect()
     }
@@ -372,9 +373,14 @@ fn loads_supports_and_temperature_superpose() {
                 let mut rows = Some(if group.rank() == 0 { scene.rows(false) } else { Vec::new() });
                 let mut response = None;
                 let mut free = Vec::new();
-                let f = |loads, supports, temperature| LoadFactors { loads, supports, temperature };
+                let f = |loads, supports, temperature| LoadFactors {
+                    loads,
+                    supports,
+                    temperature,
+                    ..LoadFactors::NONE
+                };
                 for factors in [f(1.0, 0.0, 0.0), f(0.0, 1.0, 0.0), f(0.0, 0.0, 1.0), f(0.7, -2.0, 0.3)] {
-                    body.set_load(factors, group).unwrap();
+                    body.set_load(&factors, group).unwrap();
                     match &mut response {
                         None => response = Some(body.respond(group, rows.take().unwrap()).unwrap()),
                         Some(response) => body.reload(group, response).unwrap(),
@@ -447,14 +453,14 @@ fn a_hotter_step_has_another_stiffness() {
                 Body::new(&case.bodies[0], case.analysis, &mesh, group, &surface.nodes, kind).unwrap();
             let rows = || -> Vec<BodyRow> {
                 let n = if group.rank() == 0 { surface.nodes.len() } else { 0 };
-                (0..n).map(|i| BodyRow { terms: vec![(i, surface.normals[i])] }).collect()
+                (0..n).map(|i| BodyRow { terms: vec![(i, surface.normals[i])], tangential: false }).collect()
             };
             let force = noise(surface.nodes.len(), 1.0);
             let mut response = body.respond(group, rows()).unwrap();
             let mut pushed = Vec::new();
             let mut free = vec![response.free().to_vec()];
             drive(group, &mut response, |r| pushed.push(r.force_step(&force).unwrap()));
-            body.set_load(LoadFactors { temperature: 0.0, ..LoadFactors::default() }, group).unwrap();
+            body.set_load(&LoadFactors { temperature: 0.0, ..LoadFactors::FULL }, group).unwrap();
             body.reload(group, &mut response).unwrap();
             drive(group, &mut response, |r| pushed.push(r.force_step(&force).unwrap()));
             free.push(response.free().to_vec());

@@ -398,6 +398,12 @@ fn drivers() {
             "alternation.weights: \"nonsense\" was given; weights belong to driver = \"relaxed\"",
         ),
         ("transfer = \"morter\"", "", "one of 'mortar', 'pointwise' is needed; did you mean 'mortar'?"),
+        (
+            "driver = \"relaxed\"",
+            "friction = 0.3\ngeometry = \"updated\"",
+            "f.toml:33: contact.main.geometry: driver = \"relaxed\" with transfer = \"pointwise\", its default, has friction \
+             where nodes match",
+        ),
         ("", "geometry = \"update\"", "one of 'initial', 'updated' is needed; did you mean 'updated'?"),
         (
             "",
@@ -581,6 +587,180 @@ fn rigid_bodies() {
     assert_eq!(case.rigid[0].motion, [0.0, 1e-3, 0.0]);
     let normal = [0.0, 1.0, 0.0];
     assert_eq!(case.rigid[0].shape, RigidShape::Plane { through: [0.0, -0.01, 0.0], normal });
+}
+
+/// Two paths, one with a table and one given by the steps, and what follows them.
+const PATHS: &str = r#"
+[path.preload]
+at = [0, 1]
+factor = [0, 2]
+[[step]]
+at = 0.5
+[[step]]
+at = 2
+paths = { heat = -0.5 }
+steps = "auto"
+[[contact]]"#;
+
+fn with_paths() -> String {
+    let load = "pressure = \"100 MPa\"";
+    GOOD.replace("[[contact]]", PATHS)
+        .replace(load, &format!("{load}\npath = \"preload\""))
+        .replace("temperature = 393", "temperature = { value = 393, path = \"heat\" }")
+}
+
+#[test]
+fn paths() {
+    let case = read_text(&with_paths(), None, &[]).unwrap();
+    let names: Vec<&str> = case.paths.iter().map(|path| path.name.as_str()).collect();
+    assert_eq!(names, ["heat", "preload"]);
+    assert_eq!((case.bodies[0].temperature_path, case.bodies[1].loads[0].path), (Some(0), Some(1)));
+    assert_eq!((case.bodies[0].supports[0].path, case.bodies[1].temperature_path), (None, None));
+    let steps: Vec<_> = case.steps.iter().map(|s| (s.at, &s.paths[..], s.increments)).collect();
+    let auto = case::Increments::Automatic;
+    // A path that no step has named yet is at 0; beyond its rows a table is constant.
+    assert_eq!(steps, [(0.5, &[0.0, 1.0][..], case::Increments::Equal(1)), (2.0, &[-0.5, 2.0], auto)]);
+    let later = read_text(&with_paths().replace("at = 0.5", "at = 0.5\npaths.heat = 3"), None, &[]).unwrap();
+    assert_eq!([later.steps[0].paths[0], later.steps[1].paths[0]], [3.0, -0.5]);
+    let kept =
+        with_paths().replace("at = 0.5", "at = 0.5\npaths.heat = 3").replace("paths = { heat = -0.5 }\n", "");
+    assert_eq!(read_text(&kept, None, &[]).unwrap().steps[1].paths[0], 3.0);
+}
+
+#[test]
+fn paths_that_are_wrong() {
+    for (old, new, expected) in [
+        (
+            "path = \"preload\"",
+            "path = \"prelaod\"",
+            "body.upper.load.0.path: \"prelaod\" was given; no such path is given, neither by [path.prelaod] nor by 'paths' of a [[step]]; did you mean 'preload'?",
+        ),
+        (
+            "path = \"heat\"",
+            "path = \"wind\"",
+            "body.lower.temperature.path: \"wind\" was given; no such path is given, neither by [path.wind] nor by 'paths' of a [[step]]; there is: heat, preload",
+        ),
+        ("path = \"heat\"", "path = \"a b\"", "a name is made of letters, digits, '_' and '-'"),
+        ("path = \"heat\"", "path = 3", "body.lower.temperature.path: 3 is an integer; a string is needed"),
+        (
+            ", path = \"heat\"",
+            "",
+            "step.1.paths.heat: nothing follows this path: no load, support, temperature or motion has path = \"heat\"; there is: preload",
+        ),
+        ("\npath = \"preload\"", "", "path.preload: nothing follows this path"),
+        (
+            "heat = -0.5",
+            "heat = -0.5, haet = 1",
+            "step.1.paths.haet: nothing follows this path: no load, support, temperature or motion has path = \"haet\"; did you mean 'heat'?",
+        ),
+        (
+            "heat = -0.5",
+            "heat = -0.5, preload = 1",
+            "step.1.paths.preload: this path has a table, [path.preload]: its factor comes from 'at'",
+        ),
+        ("heat = -0.5", "heat = nan", "step.1.paths.heat: nan was given; a finite number is needed"),
+        ("heat = -0.5", "heat = \"1 mm\"", "step.1.paths.heat: '1 mm' is a length"),
+        (
+            "paths = { heat = -0.5 }",
+            "paths = \"heat\"\n[[step]]\nat = 3\npaths.heat = 1",
+            "step.1.paths: \"heat\" is a string; a table of factors is needed, such as paths = { NAME = 0.5 }",
+        ),
+        (
+            "at = [0, 1]\n",
+            "at = [0]\n",
+            "path.preload.at: [0] was given; at least two path parameters are needed",
+        ),
+        (
+            "at = [0, 1]\n",
+            "at = [1, 1]\n",
+            "path.preload.at: [1, 1] was given; path parameters increase, and 1 comes after 1",
+        ),
+        ("at = [0, 1]\n", "at = [0, inf]\n", "path.preload.at.1: inf was given; a finite number is needed"),
+        ("at = [0, 1]\n", "", "path.preload.at: missing; it is required"),
+        (
+            "factor = [0, 2]",
+            "factor = [0, 1, 2]",
+            "path.preload.factor: [0, 1, 2] was given; 3 factors for 2 path parameters; there is one for each",
+        ),
+        (
+            "factor = [0, 2]",
+            "factor = [0, nan]",
+            "path.preload.factor.1: nan was given; a finite number is needed",
+        ),
+        (
+            "factor = [0, 2]",
+            "factors = [0, 2]\nfactor = [0, 2]",
+            "path.preload.factors: unknown key 'factors'; did you mean 'factor'?",
+        ),
+        (
+            "[path.preload]\nat = [0, 1]\nfactor = [0, 2]\n",
+            "[path]\npreload = 3\n",
+            "path.preload: 3 is an integer; a table is needed",
+        ),
+        (
+            "at = 0.5",
+            "",
+            "step.0.at: missing; a [path.NAME] table needs the path parameter at the end of each step",
+        ),
+        (
+            "at = 0.5",
+            "at = 0",
+            "step.0.at: 0 was given; the path parameter begins at 0 and increases from step to step; here it must be > 0",
+        ),
+        (
+            "at = 2\n",
+            "at = 0.5\n",
+            "step.1.at: 0.5 was given; the path parameter begins at 0 and increases from step to step; here it must be > 0.5",
+        ),
+        (
+            "steps = \"auto\"",
+            "steps = \"many\"",
+            "step.1.steps: \"many\" was given; a count of increments or \"auto\" is needed",
+        ),
+        (
+            "steps = \"auto\"",
+            "steps = 0",
+            "step.1.steps: 0 was given; an integer from 1 to 1000000 is needed",
+        ),
+        ("steps = \"auto\"", "steps = 1.5", "step.1.steps: 1.5 is a number; a positive integer is needed"),
+        (
+            "value = 393",
+            "value = 393, file = \"t.csv\"",
+            "body.lower.temperature: exactly one of 'file' and 'value' is needed",
+        ),
+        ("value = 393, ", "", "body.lower.temperature: exactly one of 'file' and 'value' is needed"),
+        ("value = 393", "value = -3", "body.lower.temperature.value: -3 was given; must be >= 0 K"),
+        ("value = 393", "value = \"3 m\"", "body.lower.temperature.value: '3 m' is a length"),
+    ] {
+        let text = with_paths();
+        assert!(text.contains(old), "'{old}' is not in the case");
+        let error = read_text(&text.replacen(old, new, 1), None, &[]).expect_err(new);
+        assert!(error.contains(expected), "'{new}' gives\n  {error}\nnot\n  {expected}");
+        assert_eq!(error.lines().count(), 1, "'{new}' gives more than one error:\n{error}");
+        assert!(error.contains("f.toml:") && !error.contains("internal"), "{error}");
+    }
+    // Without tables there is no path parameter, without steps no way.
+    check(&[(
+        "[[contact]]",
+        "[[step]]\nat = 1\n[[contact]]",
+        "step.0.at: 1 was given; 'at' is the path parameter, and there is no [path.NAME] table",
+    )]);
+    let text = with_paths();
+    let start = text.find("[[step]]").unwrap();
+    let end = text.find("[[contact]]").unwrap();
+    let bare = (text[..start].to_string() + &text[end..]).replace("{ value = 393, path = \"heat\" }", "393");
+    let error = read_text(&bare, None, &[]).unwrap_err();
+    assert!(
+        error.contains("path.preload: a path leads through the steps, and there is no [[step]]"),
+        "{error}"
+    );
+    let still = "[[body]]\nname = \"r\"\nrigid = { plane = { through = [0, 0], normal = [0, 1] }, path = \"heat\" }\n[[contact]]";
+    let error = read_text(&with_paths().replacen("[[contact]]", still, 1), None, &[]).unwrap_err();
+    assert!(
+        error.contains("body.r.path: scales the motion, and there is no 'x' or 'y'")
+            || error.contains("body.r.rigid.path: scales the motion, and there is no 'x' or 'y'"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -96,6 +96,8 @@ fn side(k: f64, n: usize) -> SideTable {
         status: (0..n as i32).map(|i| i % 3).collect(),
         multipliers: k == 1.0,
         closed: (k == 2.0).then_some(7.5),
+        tangential: None,
+        bonded: false,
     }
 }
 
@@ -106,11 +108,12 @@ fn pairs(rank: i32, size: i32) -> Vec<PairTables> {
     let [first, last] = [0, size - 1];
     vec![
         PairTables {
+            tangential: false,
             name: "p/1 ä".into(),
             surfaces: surfaces.clone(),
             sides: [on(last, side(1.0, 4)), on(first, side(2.0, 3))],
         },
-        PairTables { name: "q".into(), surfaces, sides: [on(last, side(3.0, 2)), None] },
+        PairTables { tangential: false, name: "q".into(), surfaces, sides: [on(last, side(3.0, 2)), None] },
     ]
 }
 
@@ -126,6 +129,7 @@ fn history() -> Vec<HistoryRow> {
     };
     let row = |i: u64| HistoryRow {
         step: 1,
+        increment: 1,
         alternation: i + 1,
         update: i / 2 + 1,
         displacement_jump: 0.1f64.powi(i as i32),
@@ -283,6 +287,9 @@ fn stepped_run() -> RunInfo {
         loads: 0.5 * k as f64,
         supports: 1.0,
         temperature: 1.0 - 0.25 * k as f64,
+        at: Some(0.5 + k as f64),
+        paths: [("shear".into(), 0.1 * k as f64), ("preload".into(), 1.0)].into(),
+        increments: 1 + k,
         reason,
         alternations: 3 + k,
         updates: k,
@@ -301,7 +308,9 @@ fn stepped_run() -> RunInfo {
 }
 
 fn stepped_history() -> Vec<HistoryRow> {
-    let of_step = |step| history().into_iter().map(move |row| HistoryRow { step, ..row });
+    let of_step = |step| {
+        history().into_iter().map(move |row| HistoryRow { step, increment: 1 + row.alternation / 2, ..row })
+    };
     (1..=3).flat_map(of_step).collect()
 }
 

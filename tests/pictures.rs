@@ -88,6 +88,8 @@ fn hertz_side(n: usize, length: f64, a: f64, p0: f64, y: f64, backwards: bool) -
         status: xs.iter().map(|x| if x.abs() < a { 2 } else { 1 }).collect(),
         multipliers: true,
         closed: None,
+        tangential: None,
+        bonded: false,
     }
 }
 
@@ -119,6 +121,7 @@ fn punch(kind: ElementKind, units: Units) -> Results {
     add_fields(&mut piece, u, stress);
     let side = |backwards| hertz_side(31, 0.02, 0.0185, 1.4e8, 0.0, backwards);
     let pair = PairTables {
+        tangential: false,
         name: "upper.bottom-lower.top".into(),
         surfaces: ["upper.bottom".into(), "lower.top".into()],
         sides: [Some(side(false)), Some(side(true))],
@@ -148,6 +151,7 @@ fn hertz(n: usize) -> Results {
     );
     let side = |backwards| hertz_side(121, 0.01, a, p0, 0.0, backwards);
     let pair = PairTables {
+        tangential: false,
         name: "discs".into(),
         surfaces: ["upper.arc".into(), "lower.arc".into()],
         sides: [Some(side(false)), Some(side(true))],
@@ -242,6 +246,7 @@ fn pressed_in_steps(n: usize) -> Results {
         let side = hertz_side(61, 0.02, 0.018 * load.sqrt(), 1.4e8 * load.sqrt(), 0.0, false);
         let idle = SideTable { pressure: vec![0.0; 61], status: vec![0; 61], ..side.clone() };
         let pairs = vec![PairTables {
+            tangential: false,
             name: "punch".into(),
             surfaces: ["upper.bottom".into(), "anvil.surface".into()],
             sides: [Some(side), Some(idle)],
@@ -257,6 +262,9 @@ fn pressed_in_steps(n: usize) -> Results {
             loads: factor,
             supports: 1.0,
             temperature: 1.0,
+            at: None,
+            paths: Default::default(),
+            increments: 1,
             reason,
             alternations,
             updates,

@@ -2,7 +2,8 @@
 use super::{
     Constraints, Elements, NodeConstraint,
     entries::{Entries, Lists},
-    hanging::Hanging,
+    hanging::{Hanging, Reduced},
+    load::Part,
     region,
 };
 use crate::vector::larger;
@@ -16,7 +17,10 @@ use crate::{
     petsc::{Matrix, Vector},
 };
 use mpi::topology::SimpleCommunicator;
-use std::{collections::HashSet, rc::Rc};
+use std::{
+    collections::{BTreeSet, HashSet},
+    rc::Rc,
+};
 
 /// Largest number of unknowns of an element.
 const MAX_DOFS: usize = 3 * MAX_NODES;
@@ -28,10 +32,24 @@ pub struct Model {
     pub law: LinearElastic,
     /// Supports and fixings of this rank's nodes.
     pub constraints: Constraints,
+    /// The same with the displacements that follow a path, all others zero.
+    pub on_paths: Vec<(usize, Constraints)>,
     pub thickness: f64,
 }
 
 impl Model {
+    /// The body at nodal temperatures: its matrix, and its right-hand sides by the paths that they follow. Collective.
+    pub fn assemble(&self, temperature: Option<&[f64]>, group: &SimpleCommunicator) -> Result<Assembled> {
+        let Stiffness { matrix, thermal, prescribed, diagonal } =
+            self.parameters(temperature, &self.constraints).stiffness(group)?;
+        let mut parts = vec![Part { path: None, forces: prescribed }];
+        for (path, supports) in &self.on_paths {
+            let forces = self.parameters(temperature, supports).prescribed_forces(group, diagonal)?;
+            parts.push(Part { path: Some(*path), forces });
+        }
+        Ok(Assembled { matrix, thermal, prescribed: parts })
+    }
+
     /// What assembly needs, at nodal temperatures, with the body's own or other constraints.
     pub fn parameters<'a>(
         &'a self,
@@ -71,12 +89,23 @@ struct Contributions {
 }
 
 /// An assembled body, in the nodes' frames: the right-hand sides at the owned nodes.
-pub struct Assembled {
+pub(super) struct Assembled {
     pub matrix: Matrix,
     /// Forces of the initial strain, N.
     pub thermal: Vec<f64>,
-    /// Forces of the supports' displacements, N; at a held unknown the diagonal times its value.
+    /// Forces of the supports' displacements.
+    pub prescribed: Vec<Part>,
+}
+
+/// The stiffness matrix under some constraints, and the right-hand sides at the owned nodes.
+pub struct Stiffness {
+    pub matrix: Matrix,
+    /// Forces of the initial strain, N.
+    pub thermal: Vec<f64>,
+    /// Forces of the prescribed displacements, N; at a held unknown the diagonal times its value.
     pub prescribed: Vec<f64>,
+    /// Diagonal of the held unknowns, N/m.
+    pub diagonal: f64,
 }
 
 /// Coordinates of a cell's nodes.
@@ -95,21 +124,15 @@ pub fn temperature_at(temperature: Option<&[f64]>, cell: &Cell, n: &[f64]) -> Op
 impl Parameters<'_> {
     /// The stiffness matrix with supports and fixings eliminated (identity rows, symmetric), and the right-hand sides
     /// of initial strain and prescribed displacements. Collective.
-    pub fn stiffness(&self, group: &SimpleCommunicator) -> Result<Assembled> {
+    pub fn stiffness(&self, group: &SimpleCommunicator) -> Result<Stiffness> {
         let (part, dim) = (self.part, self.part.dim);
         let Contributions { mut entries, thermal, prescribed, largest } =
             agree(group, self.element_arrays(group, |_| true))?;
         // Identity rows, scaled like the rest of the diagonal, keep the held unknowns in the system.
         let scale = crate::parallel::max(group, &[largest])[0];
-        let mut held = Vec::new();
-        for (&node, constraint) in self.constraints.0.range(..part.n_owned as u32) {
-            for c in 0..dim {
-                if let Some(value) = constraint.held(c) {
-                    let dof = (part.global[node as usize] as usize * dim + c) as i32;
-                    entries.add_diagonal(dof, scale);
-                    held.push((node as usize * dim + c, scale * value));
-                }
-            }
+        for (i, _) in self.held() {
+            let (node, c) = (i / dim, i % dim);
+            entries.add_diagonal((part.global[node] as usize * dim + c) as i32, scale);
         }
         for slave in Hanging::of(part).among(part.n_owned) {
             for c in 0..dim {
@@ -118,11 +141,40 @@ impl Parameters<'_> {
             }
         }
         let thermal = self.sum_to_owners(group, &thermal)?;
-        let mut prescribed = self.sum_to_owners(group, &prescribed)?;
-        held.into_iter().for_each(|(i, value)| prescribed[i] = value);
+        let prescribed = self.with_held(self.sum_to_owners(group, &prescribed)?, scale);
         let matrix = entries.into_matrix(group, part.n_owned * dim, dim)?;
         matrix.set_rigid_modes(group, &part.points[..part.n_owned], dim)?;
-        Ok(Assembled { matrix, thermal, prescribed })
+        Ok(Stiffness { matrix, thermal, prescribed, diagonal: scale })
+    }
+
+    /// Unknowns at the owned nodes that are held, with their displacements.
+    fn held(&self) -> impl Iterator<Item = (usize, f64)> {
+        let (n_owned, dim) = (self.part.n_owned as u32, self.part.dim);
+        self.constraints.0.range(..n_owned).flat_map(move |(&node, constraint)| {
+            (0..dim).filter_map(move |c| Some((node as usize * dim + c, constraint.held(c)?)))
+        })
+    }
+
+    /// Forces with those of the held unknowns in place.
+    fn with_held(&self, mut forces: Vec<f64>, diagonal: f64) -> Vec<f64> {
+        self.held().for_each(|(i, value)| forces[i] = diagonal * value);
+        forces
+    }
+
+    /// Forces of the prescribed displacements at the owned nodes, N, in the nodes' frames: the cells at nodes that do
+    /// not stay where they are make them. Collective.
+    fn prescribed_forces(&self, group: &SimpleCommunicator, diagonal: f64) -> Result<Vec<f64>> {
+        let moves = |node: &u32| {
+            let constraint = self.constraints.0.get(node);
+            constraint.is_some_and(|constraint| constraint.prescribed.iter().flatten().any(|u| *u != 0.0))
+        };
+        let hanging = Hanging::of(self.part);
+        let near = |cell: &Cell| {
+            let of_masters = |reduced: &Reduced| reduced.nodes.iter().any(moves);
+            cell.nodes().iter().any(moves) || hanging.reduce(cell).as_ref().is_some_and(of_masters)
+        };
+        let Contributions { prescribed, .. } = agree(group, self.element_arrays(group, near))?;
+        Ok(self.with_held(self.sum_to_owners(group, &prescribed)?, diagonal))
     }
 
     /// What the cells at some nodes (marked by local number) contribute to the stiffness matrix. Collective.
@@ -201,22 +253,26 @@ impl Parameters<'_> {
         Ok(Contributions { entries, thermal, prescribed, largest })
     }
 
-    /// External nodal forces at the owned nodes, N, in global axes. Collective.
+    /// External nodal forces at the owned nodes, in global axes, by the paths that they follow. Collective.
     pub fn external_forces(
         &self,
         case: &BodyCase,
         mesh: &Mesh,
         group: &SimpleCommunicator,
-    ) -> Result<Vec<f64>> {
-        let local = agree(group, self.local_forces(case, mesh))?;
-        self.sum_to_owners(group, &local)
+    ) -> Result<Vec<Part>> {
+        let paths: BTreeSet<Option<usize>> = case.loads.iter().map(|load| load.path).collect();
+        let part = |path| {
+            let local = agree(group, self.local_forces(case, path, mesh))?;
+            Ok(Part { path, forces: self.sum_to_owners(group, &local)? })
+        };
+        paths.into_iter().map(part).collect()
     }
 
-    /// The same from this rank's cells alone, at its local nodes.
-    fn local_forces(&self, case: &BodyCase, mesh: &Mesh) -> Result<Vec<f64>> {
+    /// Of the loads that follow this path, or none, the share of this rank's cells, at its local nodes, N.
+    fn local_forces(&self, case: &BodyCase, path: Option<usize>, mesh: &Mesh) -> Result<Vec<f64>> {
         let (part, dim) = (self.part, self.part.dim);
         let mut f = vec![0.0; self.summed_nodes() * dim];
-        for load in &case.loads {
+        for load in case.loads.iter().filter(|load| load.path == path) {
             match &load.kind {
                 LoadKind::BodyForce(b) => {
                     self.add_body_force(|x| std::array::from_fn(|i| b[i].at(x)), &mut f)?

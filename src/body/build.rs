@@ -4,7 +4,7 @@ use super::{
     assembly::{Assembled, Model},
     condense_estimate,
     cost::SharedCost,
-    load::Loads,
+    load::{Loads, scaled},
     options_prefix,
     soft::Split,
     system::{Setting, System},
@@ -19,7 +19,7 @@ use crate::{
     petsc::{Gather, Matrix, Stage, Vector, smooth_stretched},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::{rc::Rc, time::Instant};
+use std::{collections::BTreeSet, rc::Rc, time::Instant};
 
 /// Relative residual that the answers of an iterative solver may have at most, if nobody says more: what the tightest
 /// alternations need.
@@ -99,15 +99,22 @@ impl Body {
         // From here on ranks see different nodes: an error of one is agreed before the next collective call.
         let temperature = agree(group, temperature)?.map(Rc::new);
         let mut constraints = Constraints::new(case, mesh)?;
+        let paths = case.supports.iter().filter_map(|support| support.path).collect::<BTreeSet<_>>();
+        let mut on_paths = Vec::new();
+        for path in paths {
+            on_paths.push((path, Constraints::of_path(case, mesh, Some(path))?));
+        }
         let free = FreeModes::new(mesh, &constraints);
         let fixings = free.fixings(mesh, &constraints, interface);
         constraints.fix(&fixings);
+        on_paths.iter_mut().for_each(|(_, supports)| supports.fix(&fixings));
         let interface = Interface::new(interface, mesh, &constraints, &numbering, group);
         let model = Model {
             part: part.clone(),
             elements,
             law: LinearElastic::new(&case.material, analysis),
             constraints: constraints.of_part(&part),
+            on_paths: on_paths.into_iter().map(|(path, supports)| (path, supports.of_part(&part))).collect(),
             thickness: analysis.thickness(),
         };
         let dim = part.dim;
@@ -120,7 +127,8 @@ impl Body {
         let ghosts = Gather::new(&Vector::zeros(group, part.n_owned * dim)?, &dofs)?;
         let parameters = model.parameters(temperature.as_ref().map(|t| &t[..]), &model.constraints);
         let external = parameters.external_forces(case, mesh, group)?;
-        let Assembled { matrix, thermal, prescribed } = parameters.stiffness(group)?;
+        let Assembled { matrix, thermal, prescribed } =
+            model.assemble(temperature.as_ref().map(|t| &t[..]), group)?;
         let cost = SharedCost::default();
         cost.add(|c| c.assemble = start.elapsed().as_secs_f64());
         if stretching(mesh) > STRETCHED {
@@ -131,10 +139,10 @@ impl Body {
         let loads = Loads {
             factors: LoadFactors::default(),
             external,
+            temperature_path: case.temperature_path,
             thermal,
             prescribed,
             mode_work: Vec::new(),
-            mode_scale: Vec::new(),
             current: Vec::new(),
             condensed: None,
         };
@@ -182,8 +190,11 @@ impl AssembledBody {
 
     /// Right-hand side of all loads at factor 1 at the owned nodes, N, in the nodes' frames.
     pub fn load(&self) -> Vec<f64> {
-        let external = self.model.constraints.to_frames(&self.loads.external, self.part.dim);
-        let parts = external.iter().zip(&self.loads.thermal).zip(&self.loads.prescribed);
+        let loads = &self.loads;
+        let external = scaled(&loads.external, loads.thermal.len(), |_| 1.0);
+        let external = self.model.constraints.to_frames(&external, self.part.dim);
+        let prescribed = scaled(&loads.prescribed, loads.thermal.len(), |_| 1.0);
+        let parts = external.iter().zip(&loads.thermal).zip(&prescribed);
         parts.map(|((e, t), p)| e + t + p).collect()
     }
 
@@ -234,7 +245,7 @@ impl AssembledBody {
             split,
             ghosts: self.ghosts,
         };
-        [body.loads.mode_work, body.loads.mode_scale] = body.work_on_modes(group);
+        body.loads.mode_work = body.work_on_modes(group);
         body.combine_loads();
         Ok(body)
     }

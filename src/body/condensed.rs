@@ -130,13 +130,16 @@ impl Condensed {
         Ok(force)
     }
 
-    /// True if there are more rows than nodes that they move.
+    /// True if there are more normal rows than nodes that they move, or more tangential ones.
     fn depend(&self, rows: &[usize]) -> bool {
-        let mut nodes: Vec<usize> =
-            rows.iter().flat_map(|&i| &self.values.rows[i].terms).map(|(node, _)| *node).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes.len() < rows.len()
+        [false, true].into_iter().any(|tangential| {
+            let rows =
+                || rows.iter().map(|&i| &self.values.rows[i]).filter(|row| row.tangential == tangential);
+            let mut nodes: Vec<usize> = rows().flat_map(|row| &row.terms).map(|(node, _)| *node).collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            nodes.len() < rows().count()
+        })
     }
 
     /// The complementarity problem on the chosen rows by a primal-dual active set; `None` if it does not settle.

@@ -51,7 +51,7 @@ impl NodeConstraint {
         let supports = (0..dim).filter(|&c| self.prescribed[c].is_some()).map(|c| self.direction(c));
         let rows: Vec<Condition> = supports
             .chain(directions.iter().copied())
-            .map(|direction| Condition { direction, value: 0.0 })
+            .map(|direction| Condition { direction, value: 0.0, path: None })
             .collect();
         node_constraint(&rows, dim)
     }
@@ -84,6 +84,8 @@ pub struct Constraints(pub BTreeMap<u32, NodeConstraint>);
 struct Condition {
     direction: [f64; 3],
     value: f64,
+    /// Path that it follows.
+    path: Option<usize>,
 }
 
 /// Two directions are the same if the sine of their angle is below this.
@@ -92,7 +94,14 @@ const PARALLEL: f64 = 1e-9;
 impl Constraints {
     /// Collects the supports of a body over its whole mesh. Two supports of one node in the same direction must
     /// agree; in different directions they add up, oblique ones too.
+    ///
+    /// The displacements that follow a path count as zero: [`Constraints::of_path`] has them.
     pub fn new(case: &BodyCase, mesh: &Mesh) -> Result<Constraints> {
+        Constraints::of_path(case, mesh, None)
+    }
+
+    /// The same with the displacements that follow this path, all others zero: of all factors, the sum over the paths.
+    pub fn of_path(case: &BodyCase, mesh: &Mesh, path: Option<usize>) -> Result<Constraints> {
         let mut rows: BTreeMap<u32, Vec<Condition>> = BTreeMap::new();
         for support in &case.supports {
             let (sin, cos) = support.angle.sin_cos();
@@ -107,14 +116,16 @@ impl Constraints {
                         return Err(support.origin.error(text));
                     }
                     let rows = rows.entry(node).or_default();
-                    add_row(rows, Condition { direction, value })
+                    add_row(rows, Condition { direction, value, path: support.path })
                         .map_err(|text| support.origin.error(format!("{text} at ({}, {})", x[0], x[1])))?;
                 }
             }
         }
-        Ok(Constraints(
-            rows.into_iter().map(|(node, rows)| (node, node_constraint(&rows, mesh.dim))).collect(),
-        ))
+        let of_node = |(node, mut rows): (u32, Vec<Condition>)| {
+            rows.iter_mut().filter(|row| row.path != path).for_each(|row| row.value = 0.0);
+            (node, node_constraint(&rows, mesh.dim))
+        };
+        Ok(Constraints(rows.into_iter().map(of_node).collect()))
     }
 
     /// The supports of the nodes of a part, under their local numbers.
@@ -178,8 +189,15 @@ fn add_row(rows: &mut Vec<Condition>, row: Condition) -> std::result::Result<(),
         if 1.0 - cos.abs() < PARALLEL * PARALLEL + f64::EPSILON {
             let value = row.value * cos.signum();
             let scale = known.value.abs().max(value.abs());
-            if (known.value - value).abs() <= 1e-12 * scale {
+            let same_path = known.path == row.path || scale == 0.0;
+            if same_path && (known.value - value).abs() <= 1e-12 * scale {
                 return Ok(());
+            }
+            if !same_path {
+                return Err(
+                    "two supports prescribe displacements in the same direction that follow different paths"
+                        .into(),
+                );
             }
             return Err(format!(
                 "two supports prescribe {} m and {} m in the same direction",
@@ -229,7 +247,7 @@ mod tests {
     use super::*;
 
     fn row(angle: f64, value: f64) -> Condition {
-        Condition { direction: [angle.cos(), angle.sin(), 0.0], value }
+        Condition { direction: [angle.cos(), angle.sin(), 0.0], value, path: None }
     }
 
     #[test]
@@ -258,5 +276,19 @@ mod tests {
         assert!(add_row(&mut rows, row(0.3 + std::f64::consts::PI, -1e-3)).is_ok());
         assert_eq!(rows.len(), 1);
         assert!(add_row(&mut rows, row(0.3, 2e-3)).is_err());
+    }
+
+    #[test]
+    fn supports_of_different_paths_meet_in_different_directions_only() {
+        let on = |path, row| Condition { path: Some(path), ..row };
+        let mut rows = vec![on(0, row(0.3, 1e-3))];
+        assert!(add_row(&mut rows, on(0, row(0.3, 1e-3))).is_ok());
+        let error = add_row(&mut rows, on(1, row(0.3, 1e-3))).unwrap_err();
+        assert!(error.contains("follow different paths"), "{error}");
+        assert!(add_row(&mut rows, row(0.3, 1e-3)).is_err());
+        assert!(add_row(&mut rows, on(1, row(1.2, 1e-3))).is_ok());
+        // What is held at zero is so at any factor.
+        let mut rows = vec![on(0, row(0.3, 0.0))];
+        assert!(add_row(&mut rows, on(1, row(0.3, 0.0))).is_ok() && rows.len() == 1);
     }
 }

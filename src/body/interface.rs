@@ -11,6 +11,8 @@ use std::collections::HashMap;
 pub struct BodyRow {
     /// Index among the interface nodes given to [`Body::new`](super::Body::new), and v.
     pub terms: Vec<(usize, [f64; 3])>,
+    /// Along the surfaces: at its nodes there is a normal row as well.
+    pub tangential: bool,
 }
 
 /// The interface nodes. Values at them: nodes x dim, node by node.

@@ -1,5 +1,10 @@
 //! What acts on a body, set and worked out.
-use super::{Body, LoadFactors, assembly::Assembled, system::System};
+use super::{
+    Body, LoadFactors,
+    assembly::Assembled,
+    load::{Loads, ModeWork, Part},
+    system::System,
+};
 use crate::{
     error::Result,
     parallel::{self, agree},
@@ -12,16 +17,17 @@ impl Body {
     /// Sets the factors on loads, prescribed displacements and temperature. True if they have changed: responses must
     /// then be [reloaded](Body::reload). The stiffness is factorised again only if it varies with a temperature that
     /// changes. Collective.
-    pub fn set_load(&mut self, factors: LoadFactors, group: &SimpleCommunicator) -> Result<bool> {
-        if factors == self.loads.factors {
+    pub fn set_load(&mut self, factors: &LoadFactors, group: &SimpleCommunicator) -> Result<bool> {
+        if *factors == self.loads.factors {
             return Ok(false);
         }
-        let heated =
-            factors.temperature != self.loads.factors.temperature && self.given_temperature.is_some();
-        self.loads.factors = factors;
+        let path = self.loads.temperature_path;
+        let [before, factor] = [&self.loads.factors, factors].map(|factors| factors.on_temperature(path));
+        let heated = factor != before && self.given_temperature.is_some();
+        self.loads.factors = factors.clone();
         if heated {
             let law = &self.model.law;
-            let scaled = |&t: &f64| law.scaled_temperature(t, factors.temperature);
+            let scaled = |&t: &f64| law.scaled_temperature(t, factor);
             self.temperature =
                 self.given_temperature.as_ref().map(|given| Rc::new(given.iter().map(scaled).collect()));
             if !law.expands_linearly() {
@@ -37,8 +43,7 @@ impl Body {
         let stage = Stage::Assemble.enter();
         let start = Instant::now();
         let temperature = self.temperature.as_ref().map(|t| &t[..]);
-        let Assembled { matrix, thermal, prescribed } =
-            self.model.parameters(temperature, &self.model.constraints).stiffness(group)?;
+        let Assembled { matrix, thermal, prescribed } = self.model.assemble(temperature, group)?;
         self.loads.thermal = thermal;
         self.loads.prescribed = prescribed;
         self.cost.add(|c| c.assemble += start.elapsed().as_secs_f64());
@@ -62,18 +67,21 @@ impl Body {
 
     /// Right-hand side of the current factors. Not collective.
     pub(super) fn combine_loads(&mut self) {
-        let factors = self.loads.factors;
-        let thermal = if self.model.law.expands_linearly() { factors.temperature } else { 1.0 };
-        let external = self.model.constraints.to_frames(&self.loads.external, self.part.dim);
-        let parts = external.iter().zip(&self.loads.thermal).zip(&self.loads.prescribed);
-        self.loads.current =
-            parts.map(|((e, t), p)| factors.loads * e + thermal * t + factors.supports * p).collect();
+        let Loads { factors, thermal, temperature_path, .. } = &self.loads;
+        let heat = match self.model.law.expands_linearly() {
+            true => factors.on_temperature(*temperature_path),
+            false => 1.0,
+        };
+        let external = self.model.constraints.to_frames(&self.loads.external_at(factors), self.part.dim);
+        let prescribed = self.loads.prescribed_at(factors);
+        let parts = external.iter().zip(thermal).zip(&prescribed);
+        self.loads.current = parts.map(|((e, t), p)| e + heat * t + p).collect();
         self.loads.condensed = None;
     }
 
     /// Work of the current loads on the free rigid modes, J: prescribed displacements and initial strains do none.
     pub(super) fn mode_work(&self) -> Vec<f64> {
-        self.loads.mode_work.iter().map(|e| self.loads.factors.loads * e).collect()
+        self.sum_over_modes(|part, factor| part.work.iter().map(|e| factor * e).collect())
     }
 
     /// The current right-hand side condensed to the interface, on the first rank; empty elsewhere. Collective.
@@ -86,15 +94,34 @@ impl Body {
 
     /// Sum of the absolute works of the loads' nodal forces on each free rigid mode, J: what round-off is measured against.
     pub(super) fn mode_scale(&self) -> Vec<f64> {
-        self.loads.mode_scale.iter().map(|e| self.loads.factors.loads.abs() * e).collect()
+        self.sum_over_modes(|part, factor| part.scale.iter().map(|e| factor.abs() * e).collect())
     }
 
-    /// Work at factor 1 of the external forces on each mode, and the sum of the absolute works, J. Collective.
-    pub(super) fn work_on_modes(&self, group: &SimpleCommunicator) -> [Vec<f64>; 2] {
+    /// Sum over the parts of the loads of a number for each free rigid mode.
+    fn sum_over_modes(&self, of: impl Fn(&ModeWork, f64) -> Vec<f64>) -> Vec<f64> {
+        let mut sum = vec![0.0; self.free.modes.len()];
+        for part in &self.loads.mode_work {
+            let of_part = of(part, self.loads.factors.on_loads(part.path));
+            std::iter::zip(&mut sum, of_part).for_each(|(sum, value)| *sum += value);
+        }
+        sum
+    }
+
+    /// Work at factor 1 of the external forces on each mode, by parts. Collective.
+    pub(super) fn work_on_modes(&self, group: &SimpleCommunicator) -> Vec<ModeWork> {
+        let of_part = |part: &Part| {
+            let [work, scale] = self.work_of(&part.forces, group);
+            ModeWork { path: part.path, work, scale }
+        };
+        self.loads.external.iter().map(of_part).collect()
+    }
+
+    /// Work of nodal forces on each mode, and the sum of the absolute works, J. Collective.
+    fn work_of(&self, forces: &[f64], group: &SimpleCommunicator) -> [Vec<f64>; 2] {
         let (part, dim) = (&self.part, self.part.dim);
         let n = self.free.modes.len();
         let mut work = vec![0.0; 2 * n];
-        for (i, force) in self.loads.external.chunks_exact(dim).enumerate() {
+        for (i, force) in forces.chunks_exact(dim).enumerate() {
             for k in 0..n {
                 let mode = self.free.at(k, part.original[i], &part.points[i]);
                 for (f, m) in std::iter::zip(force, mode) {

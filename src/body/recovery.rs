@@ -263,9 +263,10 @@ impl Body {
     /// Residual, resultants and work at the owned nodes.
     fn balance(&self, u: &[f64], contact: &[f64], internal: &[f64], balance: &mut Balance) {
         let (part, dim) = (&self.part, self.part.dim);
+        let external = self.loads.external_at(&self.loads.factors);
         for i in 0..part.n_owned {
             let (x, u) = (part.points[i], vector(u, i, dim));
-            let applied = vector(&self.loads.external, i, dim).map(|f| self.loads.factors.loads * f);
+            let applied = vector(&external, i, dim);
             let contact = vector(contact, i, dim);
             let internal = vector(internal, i, dim);
             let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);

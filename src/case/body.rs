@@ -1,9 +1,11 @@
 //! Reads `[[body]]` with its supports, loads and temperature.
 use super::material::{self, Materials};
 use super::node::Value;
-use super::reader::Fields;
+use super::path::Paths;
+use super::reader::{Field, Fields};
 use super::shape::{self, existing_file};
 use super::temperature_file;
+use super::units::Dimension;
 use super::{
     BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Property, Region, ResponseCase, Scalar,
     Support, Temperature, Units, nearest, solver_options,
@@ -24,18 +26,19 @@ impl ResponseCase {
 }
 
 /// Reads one deformable body.
-pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>) -> Option<BodyCase> {
+pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>, paths: &Paths) -> Option<BodyCase> {
     let name = fields.name("name");
     let geometry = shape::read(fields);
     let formulation = formulation(fields, geometry.as_ref());
     let material = material::of_body(fields, materials);
-    let temperature = temperature(fields);
+    let (temperature, temperature_path) = temperature(fields, paths).unzip();
+    let temperature_path = temperature_path.flatten();
     if let Some(material) = &material {
         check_heat(fields, material);
     }
     let surfaces = geometry.as_ref().and_then(generated_surfaces);
-    let supports = super::reader::all(fields.tables("support").iter().map(|f| support(f, surfaces)));
-    let loads = super::reader::all(fields.tables("load").iter().map(|f| load(f, surfaces)));
+    let supports = super::reader::all(fields.tables("support").iter().map(|f| support(f, surfaces, paths)));
+    let loads = super::reader::all(fields.tables("load").iter().map(|f| load(f, surfaces, paths)));
     Some(BodyCase {
         name: name?.to_string(),
         geometry: geometry?,
@@ -45,6 +48,7 @@ pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>) -> Option<Bod
         supports: supports?,
         loads: loads?,
         temperature,
+        temperature_path,
         solver: solver(fields),
         response: ResponseCase::ALL[fields.choice("response").unwrap_or(0)],
         refine: refine(fields),
@@ -107,17 +111,34 @@ fn check_heat(fields: &Fields<'_>, material: &MaterialCase) {
     }
 }
 
-fn temperature(fields: &Fields<'_>) -> Option<Temperature> {
+/// The temperature, and the path that it follows.
+fn temperature(fields: &Fields<'_>, paths: &Paths) -> Option<(Temperature, Option<usize>)> {
     let field = fields.field("temperature")?;
-    if let Value::Table(_) = field.node.value {
-        let table = field.reader.open("temperature file", field.node, &field.path)?;
-        let path = existing_file(&table, "file")?;
-        let values = temperature_file::read(&path, field.reader.units);
-        let values = values.map_err(|error| field.reader.note_error(&field.node.place, &error)).ok()?;
-        return Some(Temperature::Nodal { values, origin: table.origin() });
-    }
-    let scalar = field.scalar(field.dimension())?;
-    match scalar {
+    let Value::Table(_) = field.node.value else {
+        return Some((uniform_or_expression(&field, field.dimension())?, None));
+    };
+    let table = field.reader.open("temperature", field.node, &field.path)?;
+    let path = paths.followed_by(&table);
+    let temperature = match table.given(&["file", "value"])[..] {
+        ["file"] => temperature_file(&table),
+        ["value"] => table.field("value").and_then(|value| uniform_or_expression(&value, field.dimension())),
+        _ => {
+            table.error("exactly one of 'file' and 'value' is needed");
+            None
+        }
+    };
+    Some((temperature?, path))
+}
+
+fn temperature_file(table: &Fields<'_>) -> Option<Temperature> {
+    let path = existing_file(table, "file")?;
+    let values = temperature_file::read(&path, table.reader.units);
+    let values = values.map_err(|error| table.reader.note_error(&table.node.place, &error)).ok()?;
+    Some(Temperature::Nodal { values, origin: table.origin() })
+}
+
+fn uniform_or_expression(field: &Field<'_>, dimension: Dimension) -> Option<Temperature> {
+    match field.scalar(dimension)? {
         Scalar::Constant(value) if value < 0.0 && field.reader.units == Units::Si => {
             field.refuse("must be >= 0 K")
         }
@@ -134,8 +155,8 @@ fn solver(fields: &Fields<'_>) -> Option<String> {
     }
 }
 
-fn support(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Support> {
-    let region = region(fields, surfaces);
+fn support(fields: &Fields<'_>, surfaces: Option<&[&str]>, paths: &Paths) -> Option<Support> {
+    let (region, path) = (region(fields, surfaces), paths.followed_by(fields));
     let (x, y, angle) = (fields.scalar("x"), fields.scalar("y"), fields.number("angle"));
     if !fields.has("surface") && !fields.has("point") {
         fields.error("a support needs a 'surface' or a 'point'");
@@ -147,13 +168,14 @@ fn support(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Support> {
         region: region?,
         displacement: [x, y, None],
         angle: angle.unwrap_or(0.0).to_radians(),
+        path,
         origin: fields.origin(),
     })
 }
 
-fn load(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Load> {
+fn load(fields: &Fields<'_>, surfaces: Option<&[&str]>, paths: &Paths) -> Option<Load> {
     const KINDS: [&str; 4] = ["pressure", "traction", "force", "body_force"];
-    let region = region(fields, surfaces);
+    let (region, path) = (region(fields, surfaces), paths.followed_by(fields));
     let (pressure, traction) = (fields.scalar("pressure"), fields.vector("traction"));
     let (force, body_force) = (fields.point("force"), fields.vector("body_force"));
     let given = fields.given(&KINDS);
@@ -182,7 +204,7 @@ fn load(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Load> {
         "force" => force.map(|[x, y]| [x, y, 0.0]).zip(region).map(|(f, r)| LoadKind::Force(r, f))?,
         _ => body_force.map(|[x, y]| LoadKind::BodyForce([x, y, zero]))?,
     };
-    Some(Load { kind, origin: fields.origin() })
+    Some(Load { kind, path, origin: fields.origin() })
 }
 
 /// `surface` with `within`, or `point`; neither is no error here.

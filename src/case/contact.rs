@@ -2,8 +2,8 @@
 use super::body::{surface_error, within};
 use super::reader::{Field, Fields, all};
 use super::{
-    AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Gap, OutputCase, ProbeCase,
-    StressComponent, SurfaceName, Transfer, nearest,
+    AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Driver, Gap, Law, OutputCase,
+    ProbeCase, StressComponent, SurfaceName, Transfer, nearest,
 };
 
 /// A body as others refer to it.
@@ -31,6 +31,10 @@ pub(super) fn read(
     let conjugate = conjugate(fields, alternation);
     let geometry =
         fields.choice("geometry").map(|choice| [ContactGeometry::Initial, ContactGeometry::Updated][choice]);
+    let law = law(fields).unwrap_or_default();
+    if geometry == Some(ContactGeometry::Updated) && law.is_frictional() {
+        refuse_slipping_apart(fields, alternation);
+    }
     let surfaces = surfaces(fields, bodies)?;
     let default_name = || {
         let body_name = |body| bodies.iter().find(|b| b.body == body).map_or("", |b| b.name);
@@ -42,10 +46,58 @@ pub(super) fn read(
         search_distance,
         conjugate: conjugate.unwrap_or(ConjugateRule::ClosestPoint),
         geometry: geometry.unwrap_or(ContactGeometry::Initial),
+        law,
         origin: fields.origin(),
         surfaces,
     })
 }
+
+/// `law`, `friction` and `shear`, which go together.
+fn law(fields: &Fields<'_>) -> Option<Law> {
+    let friction = fields.number_if("friction", |value| value >= 0.0, "must be >= 0");
+    let shear = fields.number_if("shear", |value| value > 0.0, "must be > 0");
+    const COULOMB: usize = 1;
+    let chosen = fields.choice("law").or(fields.has("friction").then_some(COULOMB)).unwrap_or(0);
+    for (key, needed) in [("friction", COULOMB), ("shear", 2)] {
+        match (fields.has(key), chosen == needed) {
+            (true, false) => {
+                fields.error_at(key, format!("'{key}' belongs to law = \"{}\"", LAWS[needed]));
+                return None;
+            }
+            (false, true) => {
+                fields.error(format!("law = \"{}\" needs '{key}'", LAWS[needed]));
+                return None;
+            }
+            _ => {}
+        }
+    }
+    Some(match chosen {
+        COULOMB => match friction? {
+            0.0 => Law::Frictionless,
+            friction => Law::Coulomb { friction },
+        },
+        2 => Law::Tresca { shear: shear? },
+        3 => Law::Rough,
+        4 => Law::Tied,
+        _ => Law::Frictionless,
+    })
+}
+
+/// The paper's transfer has friction where nodes match: those that slip do not when they are followed.
+fn refuse_slipping_apart(fields: &Fields<'_>, alternation: Option<&AlternationCase>) {
+    let papers =
+        |a: &AlternationCase| matches!(a.driver, Driver::Relaxed(_)) && a.transfer == Transfer::Pointwise;
+    if alternation.is_some_and(papers) {
+        fields.error_at(
+            "geometry",
+            "driver = \"relaxed\" with transfer = \"pointwise\", its default, has friction where nodes match, which they do \
+             no more once they have slipped: use transfer = \"mortar\", or geometry = \"initial\"",
+        );
+    }
+}
+
+/// What `law` may be, in the order of its choices.
+const LAWS: [&str; 5] = ["frictionless", "coulomb", "tresca", "rough", "tied"];
 
 /// `conjugate`, which only a transfer at conjugate points has a use for.
 fn conjugate(fields: &Fields<'_>, alternation: Option<&AlternationCase>) -> Option<ConjugateRule> {

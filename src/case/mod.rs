@@ -13,6 +13,7 @@ mod grading;
 mod material;
 mod nearest;
 mod node;
+mod path;
 mod read;
 mod reader;
 mod reference;
@@ -29,15 +30,16 @@ mod units;
 pub use alternation::{AlternationCase, Driver, Tolerance, Transfer};
 pub use exact::{ClosedForm, ExactCase, ExactProbe, HertzLoad};
 pub use expression::Expression;
+pub use path::{PathCase, PathTable};
 pub use read::{read, variant_names};
 pub use reference::reference;
 pub use rigid::{RigidCase, RigidShape};
-pub use step::StepCase;
+pub use step::{Increments, StepCase};
 pub use study::{QUANTITIES_OF_PAIR, QUANTITIES_OF_PROBE, STRAIN_ENERGY, StudyCase};
 
 // Choices that belong to the module that acts on them.
 pub use crate::{
-    contact::{ConjugateRule, Gap},
+    contact::{ConjugateRule, Gap, Law},
     element::Formulation,
     material::{Analysis, MaterialCase, Property},
     mesh::{Grading, Shape},
@@ -98,6 +100,8 @@ pub struct Case {
     pub contacts: Vec<ContactCase>,
     /// How the bodies are brought to agree.
     pub alternation: AlternationCase,
+    /// The load paths, by name.
+    pub paths: Vec<PathCase>,
     /// The load steps, in file order; empty: one step with everything as written.
     pub steps: Vec<StepCase>,
     /// Named points to report.
@@ -113,6 +117,11 @@ pub struct Case {
 }
 
 impl Case {
+    /// True if a pair has tangential forces.
+    pub fn has_friction(&self) -> bool {
+        self.contacts.iter().any(|contact| contact.law.is_frictional())
+    }
+
     /// Number of contact pairs that a body is in.
     pub fn pairs_of(&self, body: BodyRef) -> usize {
         self.contacts.iter().filter(|c| c.surfaces.iter().any(|s| s.body == body)).count()
@@ -156,6 +165,8 @@ pub struct BodyCase {
     pub loads: Vec<Load>,
     /// Temperature, K; `None`: the scene has no heat in this body.
     pub temperature: Option<Temperature>,
+    /// Path that the temperature follows: an index into [`Case::paths`]; `None`: the general factor.
+    pub temperature_path: Option<usize>,
     /// PETSc options for this body's solver, without the prefix (`-ksp_type cg -pc_type gamg`).
     pub solver: Option<String>,
     /// How it answers forces and displacements on its contact surfaces.
@@ -264,6 +275,8 @@ pub struct Support {
     pub displacement: [Option<Scalar>; 3],
     /// Angle of the frame's first direction to x, radians.
     pub angle: f64,
+    /// Path that it follows: an index into [`Case::paths`]; `None`: the general factor.
+    pub path: Option<usize>,
     /// Where it is written.
     pub origin: Origin,
 }
@@ -273,6 +286,8 @@ pub struct Support {
 pub struct Load {
     /// What acts.
     pub kind: LoadKind,
+    /// Path that it follows: an index into [`Case::paths`]; `None`: the general factor.
+    pub path: Option<usize>,
     /// Where it is written.
     pub origin: Origin,
 }
@@ -305,6 +320,8 @@ pub struct ContactCase {
     pub conjugate: ConjugateRule,
     /// Which configuration normals and gap are taken in.
     pub geometry: ContactGeometry,
+    /// What the surfaces do tangentially.
+    pub law: Law,
     /// Where it is written.
     pub origin: Origin,
 }

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use super::contact::{self, NamedBody, refuse_duplicates};
 use super::material::Materials;
 use super::node::{Node, Value};
+use super::path::Paths;
 use super::reader::{Fields, Reader, all};
 use super::{Analysis, BodyCase, BodyRef, Case, RigidCase, Units};
-use super::{alternation, body, edit, exact, fingerprint, material, nearest, rigid, step, study};
+use super::{alternation, body, edit, exact, fingerprint, material, nearest, path, rigid, step, study};
 use crate::error::{Error, Result};
 
 /// Reads a case file, or the `case.toml` of a directory, with one of its variants and `--set` changes
@@ -121,7 +122,8 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     }
     refuse_duplicates(&tables, "bodies");
     let alternation = alternation::read(&fields);
-    let bodies = read_bodies(&tables, &materials);
+    let paths = Paths::named_in(root);
+    let bodies = read_bodies(&tables, &materials, &paths);
     let named = &bodies.named;
     if !tables.is_empty() && bodies.deformable.is_empty() {
         fields.error_at("body", "all bodies are rigid; at least one deformable body is needed");
@@ -131,7 +133,8 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     let contacts = all(contacts.iter().map(|table| contact::read(table, named, alternation.as_ref())));
     let steps = fields.tables("step");
     refuse_duplicates(&steps, "steps");
-    let steps = all(steps.iter().map(step::read));
+    let path_cases = path::read_all(&fields, &paths);
+    let steps = step::read_all(&steps, &paths, &path_cases, fields.has("path"));
     let probes = fields.tables("probe");
     refuse_duplicates(&probes, "probes");
     let probes = all(probes.iter().map(|table| contact::probe(table, named)));
@@ -151,6 +154,7 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
         rigid: all(bodies.rigid.into_iter())?,
         contacts: contacts?,
         alternation: alternation?,
+        paths: path_cases,
         steps: steps?,
         probes: probes?,
         output,
@@ -169,14 +173,14 @@ struct Bodies<'a> {
     rigid: Vec<Option<RigidCase>>,
 }
 
-fn read_bodies<'a>(tables: &[Fields<'a>], materials: &Materials<'_>) -> Bodies<'a> {
+fn read_bodies<'a>(tables: &[Fields<'a>], materials: &Materials<'_>, paths: &Paths) -> Bodies<'a> {
     let mut bodies = Bodies { named: Vec::new(), deformable: Vec::new(), rigid: Vec::new() };
     for table in tables {
         let (body, surfaces) = if table.has("rigid") {
-            bodies.rigid.push(rigid::read(table));
+            bodies.rigid.push(rigid::read(table, paths));
             (BodyRef::Rigid(bodies.rigid.len() - 1), Some(rigid::SURFACES))
         } else {
-            let read = body::read(table, materials);
+            let read = body::read(table, materials, paths);
             let surfaces = read.as_ref().and_then(|body| body::generated_surfaces(&body.geometry));
             bodies.deformable.push(read);
             (BodyRef::Deformable(bodies.deformable.len() - 1), surfaces)
@@ -286,22 +290,27 @@ mesh.half_disc.angle = { from = -30, to = 30, cells = 2 }
         r#"analysis = "plane stress"
 [[body]]
 name = "a"
-material = { young = 1, poisson = 0 }
+material = { young = 1, poisson = 0, expansion = 0, reference_temperature = 300 }
 mesh.disc = { radius = 1, quarter = 2, depth = { to = 0.3, cells = 1 } }
+temperature = { value = 300, path = "p" }
 [[body]]
 name = "b"
 material = { young = 1, poisson = 0 }
 mesh = { file = "b.msh", group = "b", scale = 1e-3, refine = 1 }
 [[body]]
 name = "c"
-rigid.plane = { through = [0, 0], normal = [0, 1] }
+rigid = { plane = { through = [0, 0], normal = [0, 1] }, y = 1, path = "p" }
 [[body]]
 name = "d"
 rigid.circle = { center = [0, 0], radius = 1 }
 [[body]]
 name = "e"
 rigid.polyline = { points = [[0, 0], [1, 0]] }
+[path.p]
+at = [0, 1]
+factor = [0, 1]
 [[step]]
+at = 1
 [exact]
 press_fit = { radii = [1, 2, 3], interference = 1e-3 }
 [[contact]]

@@ -1,5 +1,6 @@
 //! Rigid bodies: `rigid` of a `[[body]]`, a plane, a circle or a polyline with a prescribed motion.
 use super::Origin;
+use super::path::Paths;
 use super::reader::Fields;
 
 /// A rigid body: no mesh, no unknowns; nothing but its surface and how it moves.
@@ -11,6 +12,8 @@ pub struct RigidCase {
     pub shape: RigidShape,
     /// Prescribed translation, m.
     pub motion: [f64; 3],
+    /// Path that the motion follows: an index into [`Case::paths`](super::Case::paths); `None`: the general factor.
+    pub path: Option<usize>,
     /// Where it is written.
     pub origin: Origin,
 }
@@ -51,13 +54,17 @@ const DEFORMABLE: [&str; 9] =
     ["material", "mesh", "element", "formulation", "temperature", "support", "load", "solver", "response"];
 
 /// Reads a body that has the key `rigid`.
-pub(super) fn read(body: &Fields<'_>) -> Option<RigidCase> {
+pub(super) fn read(body: &Fields<'_>, paths: &Paths) -> Option<RigidCase> {
     let name = body.name("name");
     for key in body.given(&DEFORMABLE) {
         body.error_at(key, "belongs to a deformable body; a rigid one has only 'name' and 'rigid'");
     }
     let fields = body.table("rigid")?;
     let motion = ["x", "y"].map(|key| (fields.number(key), fields.has(key)));
+    let path = paths.followed_by(&fields);
+    if fields.has("path") && fields.given(&["x", "y"]).is_empty() {
+        fields.error_at("path", "scales the motion, and there is no 'x' or 'y'");
+    }
     let given = fields.given(&SHAPES);
     let [shape] = given[..] else {
         let given = if given.is_empty() { "none".into() } else { given.join(" and ") };
@@ -71,7 +78,8 @@ pub(super) fn read(body: &Fields<'_>) -> Option<RigidCase> {
         _ => polyline(&table),
     };
     let [x, y] = motion.map(|(value, given)| if given { value } else { Some(0.0) });
-    Some(RigidCase { name: name?.to_string(), shape: shape?, motion: [x?, y?, 0.0], origin: body.origin() })
+    let (shape, motion) = (shape?, [x?, y?, 0.0]);
+    Some(RigidCase { name: name?.to_string(), shape, motion, path, origin: body.origin() })
 }
 
 fn plane(fields: &Fields<'_>) -> Option<RigidShape> {

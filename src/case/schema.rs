@@ -102,6 +102,7 @@ pub(super) const RESPONSES: &[&str] = &["automatic", "condensed", "solver"];
 pub(super) const DRIVERS: &[&str] = &["active set", "relaxed"];
 /// The transfers.
 pub(super) const TRANSFERS: &[&str] = &["mortar", "pointwise"];
+const PATH: &str = "Name of a [load path](#pathname), whose factor it has in place of the general one.";
 const WITHIN: &str = "Only the part of the surface inside this box (a facet belongs if all its nodes do).";
 
 /// All tables, in the order of the reference page.
@@ -149,6 +150,12 @@ pub(super) const TABLES: &[Table] = &[
                 Tables("step"),
                 is("one, with everything as written"),
                 "Load steps, one after the other.",
+            ),
+            key(
+                "path",
+                Named("path"),
+                ABSENT,
+                "Factors over a path parameter, each under a name: `[path.preload]`.",
             ),
             key("probe", Tables("probe"), ABSENT, "Points to report."),
             key("output", Table("output"), ABSENT, "What to draw."),
@@ -271,7 +278,7 @@ file, which has its own.",
             ),
             key(
                 "temperature",
-                Either("scalar or `{ file = \"t.csv\" }`", D::TEMPERATURE),
+                Either("scalar or [table](#temperature)", D::TEMPERATURE),
                 ABSENT,
                 "Temperature \
 field. Absent: no heat in this body.",
@@ -312,6 +319,7 @@ same.",
             key("polyline", Table("rigid.polyline"), ABSENT, "A chain of segments."),
             key("x", Number(D::LENGTH), is("0"), "Prescribed motion along x."),
             key("y", Number(D::LENGTH), is("0"), "Prescribed motion along y."),
+            key("path", Name, is("the factor `supports`"), PATH),
         ],
     },
     Table {
@@ -345,12 +353,16 @@ same.",
         )],
     },
     Table {
-        name: "temperature file",
-        heading: "`temperature = { file = ... }`",
-        about: "Nodal values in a text file with commas between its columns and the header line \
-`x,y,temperature`, \
-in the units of the case, one line for each node.",
-        keys: &[key("file", Text, REQUIRED, "Path of the CSV file, from the case file's directory.")],
+        name: "temperature",
+        heading: "`temperature`",
+        about: "A temperature from a file, or one that follows a load path: `temperature = { value = 400, path = \"heating\" }`. \
+Exactly one of `file` and `value`. The file has nodal values as text with commas between its columns and the header line \
+`x,y,temperature`, in the units of the case, one line for each node.",
+        keys: &[
+            key("file", Text, ABSENT, "Path of the CSV file, from the case file's directory."),
+            key("value", Scalar(D::TEMPERATURE), ABSENT, "The temperature."),
+            key("path", Name, is("the factor `temperature`"), PATH),
+        ],
     },
     Table {
         name: "body.support",
@@ -365,6 +377,7 @@ What is not named is free. With `angle`, `x` and `y` are the components along th
             key("x", Scalar(D::LENGTH), is("free"), "Displacement along the first axis."),
             key("y", Scalar(D::LENGTH), is("free"), "Displacement along the second axis."),
             key("angle", Number(D::ANGLE), is("0"), "From the x axis to the first axis, counter-clockwise."),
+            key("path", Name, is("the factor `supports`"), PATH),
         ],
     },
     Table {
@@ -387,6 +400,7 @@ may act at a `point` instead; a `body_force` acts everywhere.",
 at the point.",
             ),
             key("body_force", Vector(D::FORCE_PER_VOLUME), ABSENT, "Force per volume, along x and y."),
+            key("path", Name, is("the factor `loads`"), PATH),
         ],
     },
     Table {
@@ -576,7 +590,7 @@ are, to the last bit.",
     Table {
         name: "contact",
         heading: "`[[contact]]`",
-        about: "A frictionless pair of surfaces of two bodies. `surfaces[0]` is side A. The gap is positive \
+        about: "A pair of surfaces of two bodies. `surfaces[0]` is side A. The gap is positive \
 where the \
 surfaces are apart, negative where they overlap (interference).",
         keys: &[
@@ -611,6 +625,26 @@ opposite a node is found: closest-point projection, or the intersection of the n
 surface. Only with `transfer = \"pointwise\"`.",
             ),
             key(
+                "law",
+                Choice(&["frictionless", "coulomb", "tresca", "rough", "tied"]),
+                is("\"coulomb\" with `friction`, else \"frictionless\""),
+                "What the surfaces do tangentially. `coulomb`: they slip where the tangential traction reaches `friction` times the \
+pressure; `tresca`: where it reaches `shear`; `rough`: nowhere while they touch; `tied`: they are bonded and do not open either, \
+with the gap that there is between the nodes of the meshes.",
+            ),
+            key(
+                "friction",
+                Number(D::NUMBER),
+                is("none"),
+                "Coefficient of friction mu of Amontons' and Coulomb's law; 0 is no friction.",
+            ),
+            key(
+                "shear",
+                Number(D::PRESSURE),
+                is("none"),
+                "Bound of the tangential traction of `law = \"tresca\"`.",
+            ),
+            key(
                 "geometry",
                 Choice(&["initial", "updated"]),
                 is("\"initial\""),
@@ -625,9 +659,10 @@ or `updated`, following the deformation.",
         about: "An alternation is a force step of all bodies and a displacement step of all bodies. The driver says \
 what is made of them. `active set`: which nodes touch is decided by a primal-dual active set, their forces by \
 conjugate gradients, one iteration of which is one alternation. `relaxed`: the paper's alternation, in which each \
-body takes its share of a correction by `weights`; the supports of each body must hold it, and it answers condensed.\n\nTransfer: `mortar` integrates over the surface that both have \
+body takes its share of a correction by `weights`; the supports of each body must hold it, and it answers condensed. With friction all nodes that touch stick at first, and \
+slide where the corrected tangential force is beyond its bound (37, 40).\n\nTransfer: `mortar` integrates over the surface that both have \
 in common; meshes need not match. `pointwise` takes nodal values at conjugate points: with `relaxed` those of the nodes of \
-both surfaces, the paper's transfer; with `active set` the nodes of one surface against the facets of the other.\n\n\
+both surfaces, the paper's transfer, which has friction only where nodes match; with `active set` the nodes of one surface against the facets of the other.\n\n\
 Weights: `response` is the response per node, |v_m|/(|v_m| + |v_s|) with v = u - u_free, \
 the default, since \
 it follows the stiffness of the two bodies without being told; `response per surface` takes norms over the \
@@ -674,21 +709,77 @@ the contact pressure, as the pressures along the surface show it while they are 
         heading: "`[[step]]`",
         about: "Each step says the whole state at its end: the factors of one step do not build on those of the \
 one before. It starts from the contact state that the one before has found. Without any `[[step]]` there is one step, \
-all factors 1.",
+all factors 1. What follows a [load path](#pathname) has the factor of the path instead.\n\n\
+The way to the end of a step may be divided into increments, `steps = 10` equal ones or `steps = \"auto\"`. On the way all \
+factors change linearly, those of a path with a table as the table says over the path parameter, which changes linearly. An \
+increment that finds no solution is halved, and its halves again, down to a 16th of it. `auto` begins with the whole \
+step and stops at every row of a table; an increment is also halved, down to a 64th of the step, if in a pair that was in \
+contact more than a fifth of the candidate nodes (and more than one) open or close in it, and the next one is twice as large \
+if less than half as many did. The last increment ends exactly at the end of the step. Result file, pictures and `steps` of the \
+summary have the ends of the steps only; each says how many `increments` led to it.",
         keys: &[
             key("name", Text, ABSENT, "Name, unique among the steps."),
-            key("loads", Number(D::NUMBER), is("1"), "Factor on all loads."),
+            key("loads", Number(D::NUMBER), is("1"), "Factor on all loads without a `path`."),
             key(
                 "supports",
                 Number(D::NUMBER),
                 is("1"),
-                "Factor on all prescribed displacements, the motion of rigid bodies included.",
+                "Factor on all prescribed displacements without a `path`, the motion of rigid bodies included.",
             ),
             key(
                 "temperature",
                 Number(D::NUMBER),
                 is("1"),
-                "Factor on temperature minus reference temperature.",
+                "Factor on temperature minus reference temperature, in bodies without a `path`.",
+            ),
+            key(
+                "at",
+                Number(D::NUMBER),
+                ABSENT,
+                "Path parameter at the end of the step; required with `[path.NAME]` tables. It is 0 before the first step and \
+increases from step to step.",
+            ),
+            key(
+                "paths",
+                Either("table of numbers by name", D::NUMBER),
+                is("as in the step before, at first 0"),
+                "Factors of [load paths](#pathname) without a table: `paths = { preload = 1, shear = 0.5 }`.",
+            ),
+            key(
+                "steps",
+                Either("integer > 0, or `\"auto\"`", D::NUMBER),
+                is("1"),
+                "Increments to the end of the step.",
+            ),
+        ],
+    },
+    Table {
+        name: "path",
+        heading: "`[path.NAME]`",
+        about: "A load path is a factor with a name. A load, a support, the temperature of a body or the motion of a rigid one that \
+has `path = \"NAME\"` follows it: its factor in a step is that of the path. So one load can stay while another grows, or comes \
+after it. The factors are a table over a path parameter, of which each `[[step]]` says where it ends (`at`), or they stand \
+in the steps one by one (`paths`). Everything begins at zero: a path is at 0 until a step names it.\n\n\
+```toml\n\
+[path.preload]\n\
+at = [0, 1]\n\
+factor = [0, 1]          # stays 1 beyond\n\n\
+[path.shear]\n\
+at = [1, 2, 4]\n\
+factor = [0, 1, -1]\n\n\
+[[step]]\n\
+at = 1\n\n\
+[[step]]\n\
+at = 4\n\
+steps = \"auto\"\n\
+```",
+        keys: &[
+            key("at", Numbers(D::NUMBER), REQUIRED, "Path parameters, increasing; at least two."),
+            key(
+                "factor",
+                Numbers(D::NUMBER),
+                REQUIRED,
+                "The factor at each of them: linear in between, constant beyond the ends.",
             ),
         ],
     },

@@ -5,6 +5,7 @@ mod build;
 mod camber;
 mod curve;
 mod gap;
+mod law;
 pub mod mortar;
 mod normals;
 mod pairing;
@@ -18,6 +19,7 @@ mod testing;
 
 pub use camber::Camber;
 pub use gap::{ConjugateRule, Gap};
+pub use law::Law;
 pub use pairing::{Conjugate, Pairing};
 pub use penetration::deepest_node;
 pub use rows::{Row, pointwise};

@@ -27,7 +27,7 @@ use crate::{
     case::Case,
     contact::Surface,
     parallel,
-    record::{ErrorEstimate, SideTable},
+    record::{ErrorEstimate, IN_CONTACT, SideTable},
     scene::Plan,
 };
 use pressure::{Chain, Contact};
@@ -168,7 +168,7 @@ impl MultiplierSide<'_> {
     fn errors(&self) -> (Option<f64>, Vec<NodeError>) {
         let contact: Vec<Contact> = (self.table.status.iter())
             .map(|status| match status {
-                2 => Contact::Closed,
+                IN_CONTACT.. => Contact::Closed,
                 1 => Contact::Open,
                 _ => Contact::None,
             })

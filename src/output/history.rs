@@ -51,7 +51,8 @@ const PAIR_COUNTS: [Count<PairRow>; 3] =
 /// Rows that a file of load steps has room for at a time: some thousand alternations fit into a few hundred kilobytes.
 const CHUNK: usize = 4096;
 
-/// Creates `/history` from the rows of rank 0, or adds to it. The column `step` is there if the case has steps.
+/// Creates `/history` from the rows of rank 0, or adds to it. The columns `step` and `increment` are there if the case has
+/// steps.
 pub(super) fn create<'a>(
     spread: &Spread,
     file: &Place,
@@ -65,7 +66,8 @@ pub(super) fn create<'a>(
     let grown = spread.growth.map(|growth| Grown { from: growth.history, chunk: CHUNK });
     let columns = Columns { group: &group, own: own.iter().collect(), total, run, grown };
     if run.steps.is_some() {
-        columns.add(plan, &[], &[("step", |row: &HistoryRow| row.step)])?;
+        let of_steps: [Count<HistoryRow>; 2] = [("step", |row| row.step), ("increment", |row| row.increment)];
+        columns.add(plan, &[], &of_steps)?;
     }
     columns.add(plan, &REALS, &COUNTS)?;
     if !spread.history_of_pairs {
@@ -117,10 +119,14 @@ impl<T> Columns<'_, '_, T> {
 /// Reads what [`create`] wrote, up to the last of `steps`; the rows of pairs in the order of `pairs`.
 pub(super) fn read(group: &Group, pairs: &[PairTables], steps: Option<usize>) -> Result<Vec<HistoryRow>> {
     let mut n = group.dataset("alternation")?.size();
-    let mut step = vec![1; n];
+    let (mut step, mut increment) = (vec![1; n], vec![1; n]);
     if let Some(last) = steps {
         step = group.dataset("step")?.read_raw::<u64>()?;
         n = step.iter().take_while(|&&step| step <= last as u64).count();
+        // Files of before there were increments have none.
+        if group.link_exists("increment") {
+            increment = column::<u64>(group, "increment", n)?;
+        }
     }
     let count = |name| column::<u64>(group, name, n);
     let real = |name| column::<f64>(group, name, n);
@@ -138,6 +144,7 @@ pub(super) fn read(group: &Group, pairs: &[PairTables], steps: Option<usize>) ->
     };
     let row = |i: usize| HistoryRow {
         step: step[i],
+        increment: increment[i],
         alternation: alternation[i],
         update: update[i],
         displacement_jump: jump[i],

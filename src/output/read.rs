@@ -6,7 +6,7 @@ use crate::case::{Analysis, Units};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::Cell;
-use crate::record::{HistoryRow, PairTables, Reason, SideTable};
+use crate::record::{HistoryRow, PairTables, Reason, SideTable, Tangential};
 use hdf5::{Dataset, File, Group, H5Type};
 use std::path::Path;
 
@@ -170,10 +170,12 @@ fn read_rigid(file: &File) -> Result<Vec<Outline>> {
 /// A pair after the last step, or after step `step`.
 fn read_pair(group: &Group, step: Option<usize>) -> Result<PairTables> {
     let (a, b) = (group.group("a")?, group.group("b")?);
+    let sides = [read_side(&a, step)?, read_side(&b, step)?];
     Ok(PairTables {
         name: read_string_attribute(group, "name")?,
         surfaces: [read_string_attribute(&a, "surface")?, read_string_attribute(&b, "surface")?],
-        sides: [Some(read_side(&a, step)?), Some(read_side(&b, step)?)],
+        tangential: sides.iter().any(|side| side.tangential.is_some()),
+        sides: sides.map(Some),
     })
 }
 
@@ -190,6 +192,11 @@ fn read_side(group: &Group, step: Option<usize>) -> Result<SideTable> {
         pressure: read(&state, "pressure")?,
         force: read_vectors(&state.dataset("force")?)?,
         status: read(&state, "status")?,
+        tangential: match state.link_exists("traction") {
+            true => Some(Tangential { traction: read(&state, "traction")?, slip: read(&state, "slip")? }),
+            false => None,
+        },
+        bonded: false,
         multipliers: group.attr("multipliers")?.read_scalar::<u8>()? != 0,
         closed: group.attr("closed").ok().map(|length| length.read_scalar()).transpose()?,
     })

@@ -7,7 +7,8 @@ use super::hdf5_text::read_strings;
 use super::spread::{Growth, Spread};
 use crate::error::{Error, Result};
 use crate::record::{LoadStep, Reason};
-use hdf5::File;
+use hdf5::{File, Group};
+use std::collections::BTreeMap;
 
 /// Adds a step to `Steps` in the group `/VTKHDF`. The first is counted at once, those after it by [`count`].
 pub(super) fn add_time(
@@ -76,9 +77,21 @@ pub(super) fn add_row(
     column("loads", Values::F64(vec![step.loads].into()))?;
     column("supports", Values::F64(vec![step.supports].into()))?;
     column("temperature", Values::F64(vec![step.temperature].into()))?;
+    if let Some(at) = step.at {
+        column("at", Values::F64(vec![at].into()))?;
+    }
+    column("increments", Values::I64(vec![step.increments as i64].into()))?;
     column("converged", Values::U8(vec![u8::from(step.reason.converged())].into()))?;
     column("alternations", Values::I64(vec![step.alternations as i64].into()))?;
-    column("updates", Values::I64(vec![step.updates as i64].into()))
+    column("updates", Values::I64(vec![step.updates as i64].into()))?;
+    if step.paths.is_empty() {
+        return Ok(());
+    }
+    let paths = group.group("paths")?;
+    step.paths.iter().try_for_each(|(name, factor)| {
+        let row = spread.rows_of_first(1, Values::F64(vec![*factor].into()));
+        spread.add_by_step(plan, &paths, name, None, row)
+    })
 }
 
 /// Reads the rows of `/steps` that are counted; `None` if the case had no table of them.
@@ -90,8 +103,14 @@ pub(super) fn read(file: &File) -> Result<Option<Vec<LoadStep>>> {
     let (names, reasons) = (read_strings(&group.dataset("name")?)?, read_strings(&group.dataset("reason")?)?);
     let (loads, supports, temperature) = (reals("loads")?, reals("supports")?, reals("temperature")?);
     let (alternations, updates) = (counts("alternations")?, counts("updates")?);
+    // Files of before there were increments have none.
+    let increments = if group.link_exists("increments") { counts("increments")? } else { vec![1; n] };
+    let at = if group.link_exists("at") { Some(reals("at")?) } else { None };
+    let paths = read_paths(&group)?;
     let lengths = [names.len(), reasons.len(), loads.len(), supports.len(), temperature.len()];
-    if lengths.iter().chain([&alternations.len(), &updates.len()]).any(|&length| length < n) {
+    let counted = [alternations.len(), updates.len(), increments.len()];
+    let of_paths = at.iter().map(Vec::len).chain(paths.values().map(Vec::len));
+    if lengths.into_iter().chain(counted).chain(of_paths).any(|length| length < n) {
         return Err(Error::input("there are fewer rows of steps than steps"));
     }
     let step = |i: usize| {
@@ -102,10 +121,26 @@ pub(super) fn read(file: &File) -> Result<Option<Vec<LoadStep>>> {
             loads: loads[i],
             supports: supports[i],
             temperature: temperature[i],
+            at: at.as_ref().map(|at| at[i]),
+            paths: paths.iter().map(|(name, factors)| (name.clone(), factors[i])).collect(),
+            increments: increments[i],
             reason,
             alternations: alternations[i],
             updates: updates[i],
         })
     };
     (0..n).map(step).collect::<Result<Vec<_>>>().map(Some)
+}
+
+/// The factors of each load path.
+fn read_paths(steps: &Group) -> Result<BTreeMap<String, Vec<f64>>> {
+    if !steps.link_exists("paths") {
+        return Ok(BTreeMap::new());
+    }
+    let group = steps.group("paths")?;
+    let read = |name: String| {
+        let factors = group.dataset(&name)?.read_raw::<f64>()?;
+        Ok((name, factors))
+    };
+    group.member_names()?.into_iter().map(read).collect()
 }

@@ -4,7 +4,7 @@ use super::spread::{Growth, Spread};
 use super::{ResultFile, RunInfo};
 use crate::case::Analysis;
 use crate::error::Result;
-use crate::record::{Reason, SideTable};
+use crate::record::{Reason, SideTable, Tangential};
 
 /// Creates `/contact`. Each side's table comes from the one rank that holds it.
 ///
@@ -48,13 +48,13 @@ pub(super) fn create_contact<'a>(
                     group.number("closed", closed)?;
                 }
             }
-            add_state(&group, table, total, run, plan)?;
+            add_state(&group, (table, pair.tangential), total, run, plan)?;
             let Some(growth) = spread.growth else { continue };
             let steps = group.group("steps")?;
             let rest = if growth.steps == 0 { growth.expected } else { 0 };
             for k in growth.steps + 1..=rest.max(growth.steps + 1) {
                 let table = table.filter(|_| k == growth.steps + 1);
-                add_state(&steps.group(&k.to_string())?, table, total, run, plan)?;
+                add_state(&steps.group(&k.to_string())?, (table, pair.tangential), total, run, plan)?;
             }
         }
     }
@@ -77,7 +77,7 @@ pub(super) fn trim_contact(file: &Place, pairs: &[String], growth: Growth) -> Re
 /// The columns of a side that change from step to step.
 fn add_state<'a>(
     group: &Place,
-    table: Option<&'a SideTable>,
+    (table, tangential): (Option<&'a SideTable>, bool),
     total: usize,
     run: &RunInfo,
     plan: &mut Plan<'a>,
@@ -89,6 +89,14 @@ fn add_state<'a>(
     plan.add(group, "gap", Some(run.unit("m")), rows(1, f64s(|t| &t.gap)))?;
     plan.add(group, "pressure", Some(run.unit("Pa")), rows(1, f64s(|t| &t.pressure)))?;
     plan.add(group, "force", Some(run.unit("N")), rows(3, f64s(|t| t.force.as_flattened())))?;
+    if tangential {
+        let of = |column: fn(&Tangential) -> &[f64]| {
+            let column = table.and_then(|t| t.tangential.as_ref()).map_or(&[][..], column);
+            Values::F64(column.into())
+        };
+        plan.add(group, "traction", Some(run.unit("Pa")), rows(1, of(|t| &t.traction)))?;
+        plan.add(group, "slip", Some(run.unit("m")), rows(1, of(|t| &t.slip)))?;
+    }
     plan.add(group, "status", Some(run.unit("-")), rows(1, status))
 }
 

@@ -1,4 +1,4 @@
-//! Dense symmetric matrices by LAPACK: what a condensed body computes with. Nothing here is collective.
+//! Dense matrices by LAPACK: what a condensed body computes with. Nothing here is collective.
 use crate::error::{Error, Result};
 use crate::vector::{larger, smaller};
 use std::ffi::{c_char, c_int};
@@ -12,6 +12,25 @@ unsafe extern "C" {
         nrhs: *const c_int,
         a: *const f64,
         lda: *const c_int,
+        b: *mut f64,
+        ldb: *const c_int,
+        info: *mut c_int,
+    );
+    fn dgetrf_(
+        m: *const c_int,
+        n: *const c_int,
+        a: *mut f64,
+        lda: *const c_int,
+        ipiv: *mut c_int,
+        info: *mut c_int,
+    );
+    fn dgetrs_(
+        trans: *const c_char,
+        n: *const c_int,
+        nrhs: *const c_int,
+        a: *const f64,
+        lda: *const c_int,
+        ipiv: *const c_int,
         b: *mut f64,
         ldb: *const c_int,
         info: *mut c_int,
@@ -106,6 +125,57 @@ pub struct Cholesky {
     l: Vec<f64>,
 }
 
+/// P A = L U.
+#[derive(Debug, Clone)]
+pub struct Lu {
+    n: usize,
+    lu: Vec<f64>,
+    pivots: Vec<c_int>,
+}
+
+impl Lu {
+    /// Factorises the `n` x `n` values, column by column; `None` if a pivot vanishes.
+    pub fn new(n: usize, mut lu: Vec<f64>) -> Result<Option<Lu>> {
+        assert_eq!(lu.len(), n * n);
+        let (order, mut pivots, mut info) = (int(n)?, vec![0; n], 0);
+        // SAFETY: lu is n x n, pivots has n entries.
+        unsafe {
+            dgetrf_(&order, &order, lu.as_mut_ptr(), &order.max(1), pivots.as_mut_ptr(), &mut info);
+        }
+        if info < 0 {
+            return Err(Error::internal(format!("LAPACK dgetrf: argument {} is wrong", -info)));
+        }
+        Ok((info == 0).then_some(Lu { n, lu, pivots }))
+    }
+
+    /// Solves A X = B in place; B's columns lie one after the other.
+    pub fn solve(&self, b: &mut [f64]) -> Result<()> {
+        if self.n == 0 || b.is_empty() {
+            return Ok(());
+        }
+        assert_eq!(b.len() % self.n, 0);
+        let (n, columns, mut info) = (int(self.n)?, int(b.len() / self.n)?, 0);
+        // SAFETY: lu is n x n and its pivots are n, b is n x columns.
+        unsafe {
+            dgetrs_(
+                &PLAIN,
+                &n,
+                &columns,
+                self.lu.as_ptr(),
+                &n,
+                self.pivots.as_ptr(),
+                b.as_mut_ptr(),
+                &n,
+                &mut info,
+            );
+        }
+        if info != 0 {
+            return Err(Error::internal(format!("LAPACK dgetrs: argument {} is wrong", -info)));
+        }
+        Ok(())
+    }
+}
+
 impl Symmetric {
     /// From the lower triangle of `n` x `n` values, row by row; the others do not count.
     pub fn from_lower_rows(n: usize, mut a: Vec<f64>) -> Self {
@@ -160,6 +230,11 @@ impl Symmetric {
     /// Entry.
     pub fn at(&self, i: usize, j: usize) -> f64 {
         self.a[j * self.n + i]
+    }
+
+    /// A column.
+    pub fn column(&self, j: usize) -> &[f64] {
+        &self.a[j * self.n..][..self.n]
     }
 
     /// Rows and columns `chosen`, in that order.
@@ -382,6 +457,20 @@ mod tests {
             let dot: f64 = std::iter::zip(&x, &whole).map(|(x, y)| x * y).sum();
             assert!((Symmetric::gram(&half, n, 1).unwrap().at(0, 0) - dot).abs() < 1e-12 * dot);
         }
+    }
+
+    #[test]
+    fn unsymmetric_systems_are_solved() {
+        for n in [1, 2, 33, 80] {
+            let (a, x) = example(n);
+            // A + upper triangle of ones.
+            let at = |i: usize, j: usize| a.at(i, j) + if j > i { 1.0 } else { 0.0 };
+            let values = (0..n * n).map(|k| at(k % n, k / n)).collect();
+            let mut b: Vec<f64> = (0..n).map(|i| (0..n).map(|j| at(i, j) * x[j]).sum()).collect();
+            Lu::new(n, values).unwrap().unwrap().solve(&mut b).unwrap();
+            std::iter::zip(&b, &x).for_each(|(b, x)| assert!((b - x).abs() < 1e-11, "{n}"));
+        }
+        assert!(Lu::new(2, vec![1.0, 2.0, 2.0, 4.0]).unwrap().is_none());
     }
 
     #[test]

@@ -12,7 +12,7 @@ mod schur;
 mod session;
 mod stage;
 
-pub use dense::{Cholesky, Symmetric};
+pub use dense::{Cholesky, Lu, Symmetric};
 pub use ksp::{Ksp, smooth_stretched};
 pub use linear::{Coordinates, Gather, Matrix, Vector};
 pub use schur::SchurFactor;

@@ -5,6 +5,8 @@
 pub struct HistoryRow {
     /// Load step, 1, 2, ...; 1 without a table of steps.
     pub step: u64,
+    /// Increment of the step, 1, 2, ...
+    pub increment: u64,
     /// Running number within the step: 1, 2, ...
     pub alternation: u64,
     /// Active-set update that the alternation belongs to, 1, 2, ... within the step; 0 where nothing counts them.

@@ -8,4 +8,4 @@ mod tables;
 pub use history::{HistoryRow, PairRow, mean_contraction};
 pub use reason::{Driver, Reason, Transfer};
 pub use summary::*;
-pub use tables::{LoadStep, PairTables, SideTable};
+pub use tables::{IN_CONTACT, LoadStep, PairTables, SLIPS, SideTable, Tangential};

@@ -51,11 +51,13 @@ pub enum Reason {
     NotFinite,
     /// The alternation ended as it should, but the checks of its result contradict it.
     ChecksFailed,
+    /// No state of the contact nodes was found that satisfies the laws of friction.
+    NoState,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Reason; 12] = [
+    pub const ALL: [Reason; 13] = [
         Reason::Converged,
         Reason::Open,
         Reason::NoContact,
@@ -68,6 +70,7 @@ impl Reason {
         Reason::MaxAlternations,
         Reason::NotFinite,
         Reason::ChecksFailed,
+        Reason::NoState,
     ];
 
     /// True if the result is a solution: exit code 0, otherwise 3.
@@ -90,6 +93,7 @@ impl Reason {
             Reason::MaxAlternations => "max_alternations",
             Reason::NotFinite => "not_finite",
             Reason::ChecksFailed => "checks_failed",
+            Reason::NoState => "no_state",
         }
     }
 
@@ -142,6 +146,9 @@ impl Reason {
             (Reason::NotFinite, _) => "A number became too large to be one: the result is worth nothing.",
             (Reason::ChecksFailed, _) => {
                 "The alternation came to its end, but the checks of its result contradict it."
+            }
+            (Reason::NoState, _) => {
+                "No state of the contact nodes, open, sticking or slipping, was found that satisfies the laws of friction."
             }
         }
     }
@@ -200,6 +207,10 @@ impl Reason {
             (Reason::ChecksFailed, _) => {
                 "Make the bodies' solvers more accurate if they are iterative, and look for sizes, moduli or supports \
                  that are out of all proportion."
+            }
+            (Reason::NoState, _) => {
+                "Large coefficients of friction may leave no solution, or several: apply the loads in steps, and look whether the \
+                 coefficient is right."
             }
         }
     }

@@ -2,6 +2,7 @@
 use super::{Driver, LoadStep, Reason, Transfer};
 use crate::error::{Error, Result};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Nodes in contact that make a pressure: with fewer there is none between the two ends of the contact, and what there is
 /// grows as the cells shrink.
@@ -144,6 +145,14 @@ pub struct StepSummary {
     pub supports: f64,
     /// Factor on temperature less reference temperature.
     pub temperature: f64,
+    /// Path parameter; only if a load path has a table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
+    /// Factors of the load paths; only if the case has any.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub paths: BTreeMap<String, f64>,
+    /// Increments that led to it.
+    pub increments: u64,
     /// How the alternation ended.
     pub reason: Reason,
     /// True if the step is a solution.
@@ -172,13 +181,17 @@ impl StepSummary {
         probes: Vec<ProbeSummary>,
         error_estimate: Option<ErrorEstimate>,
     ) -> Self {
-        let LoadStep { name, loads, supports, temperature, reason, alternations, updates } = step.clone();
+        let LoadStep { name, loads, supports, temperature, at, paths, increments, .. } = step.clone();
+        let LoadStep { reason, alternations, updates, .. } = *step;
         let converged = reason.converged();
         StepSummary {
             name,
             loads,
             supports,
             temperature,
+            at,
+            paths,
+            increments,
             reason,
             converged,
             alternations,
@@ -313,6 +326,9 @@ pub struct PairSummary {
     /// Largest |pressure x gap| over the product of the largest pressure and the largest gap or travel, -.
     #[serde(skip_serializing_if = "not_finite")]
     pub complementarity: f64,
+    /// Of a pair with a tangential law.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<FrictionSummary>,
     /// Mean contraction measured, an alternation, -.
     #[serde(skip_serializing_if = "absent")]
     pub contraction: Option<f64>,
@@ -322,6 +338,40 @@ pub struct PairSummary {
     pub open: u64,
     /// Nodes that could be.
     pub candidates: u64,
+}
+
+/// What the surfaces of a pair do along each other.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FrictionSummary {
+    /// The law.
+    pub law: String,
+    /// Sum of the tangential forces on the side of the multipliers, along its outward normal turned by 90 degrees against the clock,
+    /// N.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub force: f64,
+    /// Work of friction in all load steps so far, J.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub dissipated: f64,
+    /// Lengths that stick and that slip, as the nodes' shares of the surface, m.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub stick_length: f64,
+    #[allow(missing_docs)]
+    #[serde(skip_serializing_if = "not_finite")]
+    pub slip_length: f64,
+    /// Nodes that stick and that slip.
+    pub sticking: u64,
+    #[allow(missing_docs)]
+    pub slipping: u64,
+    /// Largest slip of a node, all load steps together, m.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub max_slip: f64,
+    /// Largest tangential force of a node beyond what the law allows, over the largest force of a node, -.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub beyond_bound: f64,
+    /// Largest slip of a node against its law (with the tangential force, or of one that sticks), over the largest slip or the
+    /// elastic approach, -.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub wrong_slip: f64,
 }
 
 /// What happens at a probe.
@@ -433,6 +483,7 @@ mod tests {
             max_penetration: 0.0,
             force_imbalance: 1e-12,
             complementarity: 0.0,
+            friction: None,
             contraction: Some(0.2),
             active: 4,
             open: 2,
@@ -524,26 +575,35 @@ mod tests {
     #[test]
     fn a_table_of_steps_adds_a_key() {
         let mut summary = summary();
-        let step = LoadStep {
+        let load_step = LoadStep {
             name: None,
             loads: 0.5,
             supports: 1.0,
             temperature: 1.0,
+            at: None,
+            paths: BTreeMap::new(),
+            increments: 3,
             reason: Reason::Stalled,
             alternations: 3,
             updates: 2,
         };
         summary.steps = Some(vec![StepSummary::new(
-            &step,
+            &load_step,
             1e-8,
             summary.pairs.clone(),
             vec![],
             Some(summary.error_estimate),
         )]);
         let json: Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
-        let step = "alternations converged error_estimate loads pairs probes reason supports temperature tolerance updates";
+        let step = "alternations converged error_estimate increments loads pairs probes reason supports temperature tolerance updates";
         assert_eq!(keys(&json["steps"][0]).join(" "), step);
         assert_eq!(json["steps"][0]["converged"], false);
+        let paths = [("shear".to_string(), 0.25), ("preload".to_string(), 1.0)].into();
+        let of_paths = LoadStep { at: Some(1.5), paths, ..load_step };
+        summary.steps = Some(vec![StepSummary::new(&of_paths, 1e-8, vec![], vec![], None)]);
+        let json: Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
+        assert_eq!(json["steps"][0]["at"], 1.5);
+        assert_eq!(json["steps"][0]["paths"], json!({ "preload": 1.0, "shear": 0.25 }));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Contact pairs and load steps after a run, as they go into the result file.
 use super::Reason;
+use std::collections::BTreeMap;
 
 /// One side of a contact pair after the run, node by node along the surface. Held by one rank only.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -16,20 +17,45 @@ pub struct SideTable {
     pub pressure: Vec<f64>,
     /// Contact nodal force on this body, N.
     pub force: Vec<[f64; 3]>,
-    /// 0: no candidate, 1: open, 2: in contact.
+    /// 0: no candidate, 1: open, 2: in contact, 3: in contact and slipping.
     pub status: Vec<i32>,
+    /// Of a pair with a tangential law.
+    pub tangential: Option<Tangential>,
+    /// True if the surfaces are bonded, and may pull.
+    pub bonded: bool,
     /// True if the unknown contact forces are on this side; what the other has of gap and pressure is theirs, interpolated.
     pub multipliers: bool,
     /// Length of a closed surface, m: where `s` comes back to the first node. `None`: it has ends.
     pub closed: Option<f64>,
 }
 
+/// What a node does along its surface: positive along the outward normal turned by 90 degrees against the clock, on both sides.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tangential {
+    /// Tangential traction on this side, Pa.
+    pub traction: Vec<f64>,
+    /// Slip of this side on the other, all load steps together, m.
+    pub slip: Vec<f64>,
+}
+
+/// Least status of a node in contact.
+pub const IN_CONTACT: i32 = 2;
+
+/// Status of a node that slips.
+pub const SLIPS: i32 = 3;
+
 impl SideTable {
+    /// True if a node is in contact.
+    pub fn touches(&self, node: usize) -> bool {
+        self.status[node] >= IN_CONTACT
+    }
+
     /// True if all columns have the same length.
     pub fn is_consistent(&self) -> bool {
         let SideTable { s, x, normal, gap, pressure, force, status, .. } = self;
         let lengths = [x.len(), normal.len(), gap.len(), pressure.len(), force.len(), status.len()];
-        lengths.iter().all(|&n| n == s.len())
+        let tangential = self.tangential.iter().flat_map(|t| [t.traction.len(), t.slip.len()]);
+        lengths.into_iter().chain(tangential).all(|n| n == s.len())
     }
 }
 
@@ -40,6 +66,8 @@ pub struct PairTables {
     pub name: String,
     /// `body.surface` of side A and side B.
     pub surfaces: [String; 2],
+    /// Whether the pair has a tangential law.
+    pub tangential: bool,
     /// The tables, each on one rank, `None` on the others. A side may have none anywhere: a rigid surface.
     pub sides: [Option<SideTable>; 2],
 }
@@ -55,6 +83,12 @@ pub struct LoadStep {
     pub supports: f64,
     /// Factor on temperature less reference temperature.
     pub temperature: f64,
+    /// Path parameter; only if a path has a table.
+    pub at: Option<f64>,
+    /// Factor of each load path, by name.
+    pub paths: BTreeMap<String, f64>,
+    /// Increments that led to it.
+    pub increments: u64,
     /// How the alternation ended.
     pub reason: Reason,
     /// Alternations made.

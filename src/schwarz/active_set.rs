@@ -5,7 +5,10 @@
 //! F, the displacement step of one body of each pair preconditions. Then nodes in tension leave the set and nodes that
 //! penetrate enter it. Should a set return, the driver goes over to feasible steps, which lower the energy
 //! 1/2 R'F R + R'g_free every time, so that no set can return (Nocedal and Wright, Numerical Optimization, 16.5).
-use super::{ActiveSet, Ended, Reason, Respond, dual::Dual, projected_cg::Inner, record::Snapshot};
+use super::{
+    ActiveSet, Ended, PairRows, Reason, Respond, coarse::Resists, dual::Dual, projected_cg::Inner,
+    record::Snapshot,
+};
 use crate::vector::{larger, smaller};
 use crate::{error::Result, record::HistoryRow};
 use std::{
@@ -35,10 +38,11 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
     /// roots.
     pub fn run(&mut self, warm: Option<&[f64]>, mut progress: impl FnMut(&HistoryRow)) -> Result<Ended> {
         self.coupling.check_free(&self.g_free)?;
-        let (start, alpha) = match self.coarse.start(self.coupling.exchange, &self.g_free) {
-            Ok(start) => start,
-            Err(motion) => return Ok(Ended::Driven(motion)),
-        };
+        let (start, alpha) =
+            match self.coarse.start(self.coupling.exchange, &self.g_free, &self.resists(Resists::Never)) {
+                Ok(start) => start,
+                Err(motion) => return Ok(Ended::Driven(motion)),
+            };
         self.alpha = alpha;
         if self.largest(&start) == 0.0 {
             // Nothing touches: soft modes are where the loads alone put them.
@@ -232,7 +236,10 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let mut parts = 0.0;
         for (i, end) in self.coupling.ends.iter().enumerate().filter(|(_, e)| e.multiplier) {
             let mut hasher = DefaultHasher::new();
-            (end.pair, &self.active[self.coupling.ranges[i].clone()]).hash(&mut hasher);
+            let range = self.coupling.ranges[i].clone();
+            (end.pair, &self.active[range.clone()]).hash(&mut hasher);
+            // Which way a node slips.
+            self.touch.get(range).hash(&mut hasher);
             // 32 bits of each pair add up exactly in a double, in any order.
             parts += (hasher.finish() >> 32) as f64;
         }
@@ -249,6 +256,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let state = Snapshot {
             gaps: &gaps,
             active: &self.active,
+            n_normal: &self.rows.iter().map(PairRows::n_normal).collect::<Vec<_>>(),
             flipped: if flips > 0 { &self.flipped } else { &[] },
             scale,
             imbalance: if total > 0.0 { imbalance / total } else { 0.0 },

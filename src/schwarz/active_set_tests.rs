@@ -228,7 +228,9 @@ fn feasible_steps_find_the_same_solution() {
     let coarse = Coarse::new(&coupling, 0, &[0, 0], vec![0.75; n]);
     let limits = Limits { tolerance: 1e-10, max_alternations: 2000 };
     let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
-    let (start, _) = coarse.start(&exchange, &driver.gap.clone()).expect("restrained");
+    let (start, _) = coarse
+        .start(&exchange, &driver.gap.clone(), &driver.resists(super::coarse::Resists::Never))
+        .expect("restrained");
     let reason = driver.descend(&start, &mut |_| {}).expect("no library fails");
     assert_eq!(reason, Reason::Converged);
     let largest = reference.force.iter().copied().fold(0.0, larger);

@@ -4,7 +4,8 @@
 //! iterations of the paper). The state reported is the one after the force step: action equals reaction, the gap as
 //! converged. It needs bodies that stand without contact and answer displacements exactly.
 use super::{
-    ActiveSet, Interpolated, Outcome, Reason, Respond, Watch,
+    ActiveSet, Interpolated, Outcome, Reason, Respond, Touch, Watch,
+    frictional::Node,
     record::Snapshot,
     weights::{Correction, Sides, Weights},
 };
@@ -30,6 +31,15 @@ pub struct Measures {
     pub flips: usize,
 }
 
+/// What is known of the contact at the last load step.
+#[derive(Debug, Clone, Copy)]
+pub struct Known<'k> {
+    /// Row forces, N.
+    pub force: &'k [f64],
+    /// What the nodes did, end by end; may be left empty without friction.
+    pub touch: &'k [Vec<Touch>],
+}
+
 /// The alternation on the rows of this rank.
 pub struct Alternation<'s, 'c, 'a, B> {
     /// Forces, gaps and active rows.
@@ -44,11 +54,15 @@ pub struct Alternation<'s, 'c, 'a, B> {
     started: bool,
     /// What the weights look at of each row's pair.
     sides: Vec<Sides>,
+    /// The nodes, with friction.
+    pub(super) nodes: Option<Vec<Node>>,
+    /// Rows that leave in tension, and enter in penetration.
+    unilateral: Vec<bool>,
 }
 
 impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
     /// Finds the rows that penetrate without contact forces, or under those that are known. Collective on the roots.
-    pub fn new(rows: &'s mut ActiveSet<'c, 'a, B>, weights: Weights, known: Option<&[f64]>) -> Result<Self> {
+    pub fn new(rows: &'s mut ActiveSet<'c, 'a, B>, weights: Weights, known: Option<Known>) -> Result<Self> {
         rows.coupling.check_free(&rows.g_free)?;
         let n = rows.coupling.n;
         let free =
@@ -64,18 +78,22 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
         };
         let sides = rows.rows.iter().flat_map(of_pair).collect();
         let pushed = [vec![0.0; n], vec![0.0; n]];
-        let mut all = Alternation { rows, weights, free, pushed, started: false, sides };
+        let nodes = rows.rubbing_nodes();
+        let mut all =
+            Alternation { rows, weights, free, pushed, started: false, sides, nodes, unilateral: Vec::new() };
+        all.unilateral = all.unilateral();
         if let Some(known) = known {
-            all.start_from(known)?;
+            all.start_from(&known)?;
         }
         all.enter();
         Ok(all)
     }
 
-    /// Forces to begin with, N. Collective on the roots.
-    pub fn start_from(&mut self, force: &[f64]) -> Result<()> {
-        self.rows.force = force.to_vec();
-        self.rows.active = self.rows.compressed(force);
+    /// Begins with what is known. Collective on the roots.
+    pub fn start_from(&mut self, known: &Known) -> Result<()> {
+        self.rows.force = known.force.to_vec();
+        self.rows.active = self.rows.compressed(known.force);
+        self.begin_as(known.touch);
         self.force_step()
     }
 
@@ -102,7 +120,8 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
     pub fn alternate(&mut self, mut progress: impl FnMut(&HistoryRow)) -> Result<Measures> {
         let before = self.pushed.clone();
         let reactions = self.displacement_step()?;
-        let (force_imbalance, left) = self.correct_forces(reactions);
+        let (force_imbalance, mut left) = self.correct_forces(reactions);
+        left.extend(self.limit_forces());
         self.force_step()?;
         let watched = self.watched();
         let mut sums = [0.0; 5];
@@ -135,6 +154,7 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
         let state = Snapshot {
             gaps: &self.rows.gap,
             active: &was_active,
+            n_normal: &self.rows.rows.iter().map(|rows| rows.n_normal()).collect::<Vec<_>>(),
             flipped: &self.rows.flipped,
             scale: measures.response,
             imbalance: force_imbalance,
@@ -153,7 +173,7 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
             Weights::Component if self.started => [0, 1].map(|side| {
                 std::iter::zip(&self.free[side], &self.pushed[side]).map(|(free, v)| free - v).collect()
             }),
-            Weights::Response if self.started => self.pushed.clone(),
+            Weights::Response if self.started => self.lengths(self.pushed.clone()),
             Weights::ResponseSurface if self.started => self.norms(&self.pushed),
             _ => [vec![0.0; n], vec![0.0; n]],
         };
@@ -189,6 +209,7 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
     fn correct_forces(&mut self, reactions: [Vec<f64>; 2]) -> (f64, Vec<usize>) {
         let measured = match self.weights {
             Weights::ResponseSurface => self.norms(&reactions),
+            Weights::Magnitude | Weights::Response => self.lengths(reactions.clone()),
             _ => reactions.clone(),
         };
         let mut sums = [0.0; 3];
@@ -205,7 +226,8 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
         let sums = self.rows.coupling.exchange.sum(&sums);
         let threshold = THRESHOLD * self.rows.largest(&self.rows.force);
         // Not compressive leaves (26). Reactions of opposite sign give a ratio weight exactly zero.
-        let leaves = |j: &usize| self.rows.active[*j] && self.rows.force[*j] <= threshold;
+        let leaves =
+            |j: &usize| self.rows.active[*j] && self.unilateral[*j] && self.rows.force[*j] <= threshold;
         let left: Vec<usize> = (0..self.rows.coupling.n_rows).filter(leaves).collect();
         for &j in &left {
             (self.rows.active[j], self.rows.force[j]) = (false, 0.0);
@@ -222,10 +244,12 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
         Ok(())
     }
 
-    /// Open rows that penetrate enter the contact.
+    /// Open rows that penetrate enter the contact, sliding nodes may stick again: those that change.
     fn enter(&mut self) -> Vec<usize> {
-        let (_, entering, _) = self.rows.violations();
+        let (_, mut entering, _) = self.rows.violations();
+        entering.retain(|&j| self.unilateral[j]);
         entering.iter().for_each(|&j| self.rows.active[j] = true);
+        entering.extend(self.stick());
         entering
     }
 
@@ -275,11 +299,11 @@ impl<'s, 'c, 'a, B: Respond> Alternation<'s, 'c, 'a, B> {
 }
 
 impl<B: Respond> ActiveSet<'_, '_, B> {
-    /// Runs the paper's alternation to its end; `known`: forces of the last load step. Collective on the roots.
+    /// Runs the paper's alternation to its end; `known`: the last load step's. Collective on the roots.
     pub fn relax(
         &mut self,
         weights: Weights,
-        known: Option<&[f64]>,
+        known: Option<Known>,
         progress: impl FnMut(&HistoryRow),
     ) -> Result<Outcome> {
         Alternation::new(self, weights, known)?.run(progress)

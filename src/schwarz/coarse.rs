@@ -6,7 +6,7 @@
 use super::{Coupling, Respond};
 use crate::parallel::Exchange;
 use crate::tolerances::{FREE_OF_CONTACT, NO_WORK, SUM};
-use crate::vector::{larger, smaller, symmetric_eigen};
+use crate::vector::{larger, largest, smaller, symmetric_eigen};
 use nalgebra::{DMatrix, DVector};
 
 /// A slope of the rigid start's energy below this, relative to the first, is none.
@@ -14,6 +14,17 @@ const FLAT: f64 = 1e-13;
 
 /// Iterations and bisections of the rigid start; each is a few small reductions.
 const START_ITERATIONS: usize = 200;
+
+/// When a row resists a rigid motion in the first guess.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Resists {
+    /// Where the bodies are pressed together.
+    Pressed,
+    /// Either way: springs, bonded surfaces, and surfaces that may stick.
+    Always,
+    /// A tangential row of surfaces that may slip.
+    Never,
+}
 
 /// The free modes of all bodies.
 #[derive(Clone)]
@@ -248,17 +259,25 @@ impl Coarse {
     /// Minimises 1/2 sum k <Z alpha - g>^2 - e . alpha, so that the forces R = k <Z alpha - g> are compressive and in
     /// equilibrium with the loads; closes initial gaps that a force drives. `Err`: the motion that goes on for ever.
     /// Collective on the roots.
-    pub fn start(&self, exchange: &Exchange, gap: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Vec<f64>> {
+    ///
+    /// `resists` says of each row when.
+    pub fn start(
+        &self,
+        exchange: &Exchange,
+        gap: &[f64],
+        resists: &[Resists],
+    ) -> Result<(Vec<f64>, Vec<f64>), Vec<f64>> {
         let n = self.n;
         let mut alpha = vec![0.0; n];
         let force = |alpha: &[f64]| -> Vec<f64> {
             let force = |j: usize| {
                 let (moved, gap) = (self.at(j, alpha), gap[j]);
                 let touches = (moved - gap).abs() <= SUM * moved.abs().max(gap.abs());
-                match j < self.n_rows {
-                    true if touches => 0.0,
-                    true => larger(self.scaling[j] * (moved - gap), 0.0),
-                    false => self.scaling[j] * (moved - gap),
+                match resists[j] {
+                    Resists::Never => 0.0,
+                    Resists::Pressed if touches => 0.0,
+                    Resists::Pressed => larger(self.scaling[j] * (moved - gap), 0.0),
+                    Resists::Always => self.scaling[j] * (moved - gap),
                 }
             };
             (0..gap.len()).map(force).collect()
@@ -271,11 +290,12 @@ impl Coarse {
             let pushed = self.restrict(exchange, |j| r[j]);
             let residual: Vec<f64> = std::iter::zip(&self.work, &pushed).map(|(e, p)| e - p).collect();
             // Modes move no node by more than one: a spin, which rows hardly see, is measured by the forces, too.
-            let total = exchange.sum(&[r[..self.n_rows].iter().sum::<f64>()])[0];
+            let total = exchange.sum(&[r[..self.n_rows].iter().map(|r| r.abs()).sum::<f64>()])[0];
             if (0..n).all(|k| residual[k].abs() <= 1e-12 * (self.work[k].abs() + total)) {
                 break;
             }
-            let active: Vec<bool> = (0..r.len()).map(|j| j >= self.n_rows || r[j] > 0.0).collect();
+            let active: Vec<bool> =
+                (0..r.len()).map(|j| resists[j] == Resists::Always || r[j] > 0.0).collect();
             let projector = self.projector(exchange, &active);
             let b = DVector::from_vec(residual);
             // Where nothing resists yet the bodies go along with the load; elsewhere a Newton step.
@@ -283,7 +303,9 @@ impl Coarse {
                 projector.unrestrained.iter().fold(DVector::zeros(n), |d, v| d + v * v.dot(&b));
             let drifting = drift.norm() > 1e-9 * b.norm();
             let direction = if drifting { drift } else { &projector.inverse * &b };
-            let Some(step) = self.line_search(exchange, gap, &alpha, direction.as_slice(), drifting) else {
+            let Some(step) =
+                self.line_search(exchange, [gap, &alpha, direction.as_slice()], resists, drifting)
+            else {
                 return Err(direction.as_slice().to_vec());
             };
             alpha.iter_mut().zip(direction.iter()).for_each(|(a, d)| *a += step * d);
@@ -305,16 +327,16 @@ impl Coarse {
     fn line_search(
         &self,
         exchange: &Exchange,
-        gap: &[f64],
-        alpha: &[f64],
-        direction: &[f64],
+        [gap, alpha, direction]: [&[f64]; 3],
+        resists: &[Resists],
         open_ended: bool,
     ) -> Option<f64> {
-        // What is round-off of bodies that move together closes nothing.
+        // What is round-off of bodies that move together, or of a direction that has no part of a motion, closes nothing.
+        let farthest = largest(direction);
         let along = |j: usize| {
             let parts = self.rows[j].iter().flatten().map(|&(k, z)| (z * direction[k]).abs()).sum::<f64>();
             let along = self.at(j, direction);
-            if along.abs() > SUM * parts { along } else { 0.0 }
+            if along.abs() > SUM * larger(parts, farthest) { along } else { 0.0 }
         };
         let along: Vec<f64> = (0..gap.len()).map(along).collect();
         let pen: Vec<f64> = (0..gap.len()).map(|j| self.at(j, alpha) - gap[j]).collect();
@@ -323,7 +345,7 @@ impl Coarse {
             let mut s = [0.0, 0.0];
             for j in 0..gap.len() {
                 let x = pen[j] + t * along[j];
-                if x > 0.0 || j >= self.n_rows {
+                if resists[j] == Resists::Always || resists[j] == Resists::Pressed && x > 0.0 {
                     s[0] += self.scaling[j] * x * along[j];
                     s[1] += self.scaling[j] * along[j] * along[j];
                 }
@@ -335,7 +357,7 @@ impl Coarse {
         // step.
         let mut high = 1.0;
         if open_ended {
-            let ahead = |j: &usize| along[*j] > 0.0 && *j < self.n_rows;
+            let ahead = |j: &usize| along[*j] > 0.0 && resists[*j] == Resists::Pressed;
             let first = (0..gap.len())
                 .filter(|j| ahead(j) && pen[*j] < 0.0)
                 .map(|j| -pen[j] / along[j])
@@ -363,7 +385,8 @@ impl Coarse {
         }
         if slope(high) == [0.0, 0.0] {
             // Nothing resists there any more: as far as the last row that does.
-            let leaving = (0..self.n_rows).filter(|&j| pen[j] > 0.0 && along[j] < 0.0);
+            let leaving = (0..self.n_rows)
+                .filter(|&j| resists[j] == Resists::Pressed && pen[j] > 0.0 && along[j] < 0.0);
             let leaves = leaving.map(|j| pen[j] / -along[j]);
             return Some(exchange.max(&[leaves.fold(0.0, larger)])[0]);
         }

@@ -4,6 +4,7 @@
 //! same rows through the transposed operator. Only row forces and row displacements are exchanged.
 use super::{Respond, Spring};
 use crate::{
+    contact::Law,
     error::{Error, Result},
     parallel::{Exchange, Partner},
     vector::all_finite,
@@ -26,11 +27,13 @@ pub struct End {
     pub watched: Vec<usize>,
 }
 
-/// The rows of a pair, on its multiplier side.
+/// The rows of a pair, on its multiplier side: of a pair with a tangential law the normal rows, then as many tangential ones.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PairRows {
-    /// Initial gap of each row, m.
+    /// Initial gap of each row, m; of a tangential row how far the surfaces had moved apart at the last accepted state.
     pub gap: Vec<f64>,
+    /// What a pair with tangential rows does on them.
+    pub law: Law,
     /// Weight of each row's multiplier, m2; 1 if none are given.
     pub area: Vec<f64>,
     /// Estimate of the local stiffness against approach of the two surfaces at a row, N/m: thickness / (1/E'_A + 1/E'_B).
@@ -106,6 +109,13 @@ fn finite<'v>(names: &[String], answers: impl IntoIterator<Item = &'v [f64]>, qu
     let name =
         names.get(b).map_or_else(|| format!("number {} of its rank", b + 1), |name| format!("'{name}'"));
     Err(Error::NotFinite(format!("body {name}: its answer {question} is not a finite number")))
+}
+
+impl PairRows {
+    /// Number of normal rows.
+    pub fn n_normal(&self) -> usize {
+        if self.law.is_frictional() { self.gap.len() / 2 } else { self.gap.len() }
+    }
 }
 
 impl<'a, B: Respond> Coupling<'a, B> {

@@ -59,20 +59,7 @@ impl Dual {
         if n == 0 || counts[n_pairs] > 0.0 || work > allowed {
             return None;
         }
-        let mut f = vec![0.0; n * n];
-        for (b, body) in coupling.bodies.iter().enumerate() {
-            let Some(compliance) = body.compliance() else { continue };
-            let places: Vec<(usize, usize)> = coupling
-                .ends
-                .iter()
-                .filter(|end| end.body == b)
-                .flat_map(|end| end.rows.clone().zip(first[end.pair]..))
-                .collect();
-            for &(j, to) in &places {
-                places.iter().for_each(|&(i, from)| f[to * n + from] += compliance.at(i, j));
-            }
-        }
-        let mut f = exchange.sum(&f);
+        let mut f = gathered(coupling, &first);
         // Areas of the rows, then their modes.
         let (mut area, mut modes) = (vec![1.0; coupling.n], vec![vec![0.0; coupling.n]; coarse.n]);
         for (i, _) in coupling.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
@@ -207,15 +194,34 @@ impl Dual {
     }
 }
 
+/// F, m/N, on the rows of all pairs, given where each pair's begin: the bodies' compliances added up. Collective on the roots.
+pub(super) fn gathered<B: Respond>(coupling: &Coupling<B>, first: &[usize]) -> Vec<f64> {
+    let n = first.last().copied().unwrap_or(0);
+    let mut f = vec![0.0; n * n];
+    for (b, body) in coupling.bodies.iter().enumerate() {
+        let Some(compliance) = body.compliance() else { continue };
+        let places: Vec<(usize, usize)> = coupling
+            .ends
+            .iter()
+            .filter(|end| end.body == b)
+            .flat_map(|end| end.rows.clone().zip(first[end.pair]..))
+            .collect();
+        for &(j, to) in &places {
+            places.iter().for_each(|&(i, from)| f[to * n + from] += compliance.at(i, j));
+        }
+    }
+    coupling.exchange.sum(&f)
+}
+
 /// Where this rank's rows are among those of all pairs.
-struct Layout<'p, 'c, 'a, B> {
-    coupling: &'p Coupling<'a, B>,
-    first: &'c [usize],
+pub(super) struct Layout<'p, 'c, 'a, B> {
+    pub coupling: &'p Coupling<'a, B>,
+    pub first: &'c [usize],
 }
 
 impl<B: Respond> Layout<'_, '_, '_, B> {
     /// True on the root that solves.
-    fn solves(&self) -> bool {
+    pub fn solves(&self) -> bool {
         use mpi::topology::Communicator;
         self.coupling.exchange.comm.is_none_or(|comm| comm.rank() == 0)
     }
@@ -226,7 +232,7 @@ impl<B: Respond> Layout<'_, '_, '_, B> {
     }
 
     /// A row vector's values on the rows of all pairs. Collective on the roots.
-    fn gather(&self, own: &[f64]) -> Vec<f64> {
+    pub fn gather(&self, own: &[f64]) -> Vec<f64> {
         let mut all = vec![0.0; self.first.last().copied().unwrap_or(0)];
         for (range, first) in self.ranges() {
             all[first..first + range.len()].copy_from_slice(&own[range]);
@@ -235,7 +241,7 @@ impl<B: Respond> Layout<'_, '_, '_, B> {
     }
 
     /// This rank's of the values on the rows of all pairs.
-    fn own(&self, all: &[f64]) -> Vec<f64> {
+    pub fn own(&self, all: &[f64]) -> Vec<f64> {
         let mut own = vec![0.0; self.coupling.n_rows];
         for (range, first) in self.ranges() {
             let values = &all[first..first + range.len()];

@@ -26,6 +26,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             gap: c.clone(),
             alpha: vec![0.0; coarse.n],
             active: self.active.clone(),
+            touch: Vec::new(),
             share: self.share.clone(),
             // No first guess is to be made.
             updates: 1,

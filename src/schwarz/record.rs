@@ -18,6 +18,8 @@ pub(super) struct Recorder {
 pub(super) struct Snapshot<'a> {
     pub gaps: &'a [f64],
     pub active: &'a [bool],
+    /// Per end: its normal rows; tangential ones follow.
+    pub n_normal: &'a [usize],
     pub flipped: &'a [usize],
     /// Norm of the elastic approach, m.
     pub scale: f64,
@@ -54,8 +56,13 @@ impl Recorder {
         for (i, end) in coupling.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let (sum, max) = (&mut sums[end.pair], &mut maxima[end.pair]);
             let range = coupling.ranges[i].clone();
-            for j in range.clone() {
+            for (k, j) in range.clone().enumerate() {
                 let gap = state.gaps[j];
+                if k >= state.n_normal[i] {
+                    // Of a node that sticks what it has slipped.
+                    sum[0] += if state.active[j] { gap * gap } else { 0.0 };
+                    continue;
+                }
                 max[0] = larger(max[0], -gap);
                 if state.active[j] {
                     sum[0] += gap * gap;
@@ -88,6 +95,7 @@ impl Recorder {
         let jump = size(&residuals);
         self.rows.push(HistoryRow {
             step: self.step,
+            increment: 1,
             alternation: self.count as u64,
             update: state.update as u64,
             displacement_jump: if state.scale > 0.0 { jump / state.scale } else { 0.0 },

@@ -122,7 +122,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
     pub fn would_penetrate_at_rest(&self) -> bool {
         let at_rest = self.coarse.sprung(&self.coarse.work);
         let [mut deepest, mut parts] = [0.0_f64; 2];
-        for j in 0..self.coupling.n_rows {
+        for j in self.normals() {
             let soft = self.coarse.at(j, &at_rest);
             deepest = larger(deepest, soft - self.g_free[j]);
             parts = larger(parts, soft.abs());

@@ -1,5 +1,5 @@
 //! What a driver works on: forces, gaps and active rows of this rank.
-use super::{Coarse, Coupling, PairRows, Reason, Respond, Share, dual::Dual, record::Recorder};
+use super::{Coarse, Coupling, PairRows, Reason, Respond, Share, Touch, dual::Dual, record::Recorder};
 use crate::record::HistoryRow;
 use crate::tolerances::{SUM, THRESHOLD};
 
@@ -47,8 +47,10 @@ pub struct ActiveSet<'c, 'a, B> {
     pub gap: Vec<f64>,
     /// Amplitudes of the rigid modes.
     pub alpha: Vec<f64>,
-    /// Rows in contact.
+    /// Rows in contact; of tangential rows those that stick.
     pub active: Vec<bool>,
+    /// What the node of each contact row does; empty without tangential rows.
+    pub(super) touch: Vec<Touch>,
     /// Who makes the displacement steps of each end's pair.
     pub share: Vec<Share>,
     /// Active-set updates so far.
@@ -113,6 +115,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             gap: g_free.clone(),
             alpha: vec![0.0; coarse.n],
             active: vec![false; n],
+            touch: Vec::new(),
             updates: 0,
             flipped: Vec::new(),
             round_off: None,

@@ -4,8 +4,12 @@
 //! p = D km ks / (km + ks). With the pressures weighted by beta (A's own) and the displacements by w (A's own), the
 //! error of the common interface position is multiplied by [beta km - (1 - beta) ks] [w / km - (1 - w) / ks] per
 //! alternation.
-use super::{ActiveSet, Alternation, Coarse, Coupling, End, Limits, PairRows, Respond, weights::Weights};
+use super::{
+    ActiveSet, Alternation, Coarse, Coupling, End, Known, Limits, PairRows, Reason, Respond, Touch,
+    weights::Weights,
+};
 use crate::{
+    contact::Law,
     error::Result,
     parallel::{Exchange, Partner},
 };
@@ -80,7 +84,8 @@ fn errors(km: f64, ks: f64, weights: Weights, overlap: Overlap, offset: f64, n: 
         let exact = ks / (km + ks);
         // The force step leaves -p / km and base + p / ks: an error of p moves both.
         let p = (1.0 + offset) * km * ks / (km + ks);
-        let mut alternation = Alternation::new(rows, weights, Some(&[p])).unwrap();
+        let mut alternation =
+            Alternation::new(rows, weights, Some(Known { force: &[p], touch: &[] })).unwrap();
         let mut all = vec![p / km - exact];
         for _ in 0..n {
             alternation.alternate(|_| {}).unwrap();
@@ -158,6 +163,90 @@ fn printed_ratio_is_exact_only_when_measured_from_the_contact_free_state() {
             let expected = -(1.0 - r) * (1.0 - r) / (4.0 * r);
             let e = errors(1.0, r, weights, Overlap::Push, 1e-9, 1);
             assert!((e[1] / e[0] / expected - 1.0).abs() < 1e-4, "{r}: {} {expected}", e[1] / e[0]);
+        }
+    }
+}
+
+/// A post with a normal and a tangential spring: w = free - R / k in both directions.
+struct Post {
+    k: [f64; 2],
+    free: [f64; 2],
+}
+
+impl Respond for Post {
+    fn n_rows(&self) -> usize {
+        2
+    }
+    fn free(&self) -> &[f64] {
+        &self.free
+    }
+    fn force_step(&mut self, force: &[f64]) -> Result<Vec<f64>> {
+        Ok(std::iter::zip(force, self.k).map(|(f, k)| f / k).collect())
+    }
+    fn displacement_step(&mut self, inward: &[f64], active: &[bool]) -> Result<Vec<f64>> {
+        let row = |((v, k), active): ((&f64, f64), &bool)| if *active { k * v } else { 0.0 };
+        Ok(std::iter::zip(inward, self.k).zip(active).map(row).collect())
+    }
+    fn modes(&self) -> &[Vec<f64>] {
+        &[]
+    }
+    fn mode_work(&self) -> &[f64] {
+        &[]
+    }
+    fn mode_scale(&self) -> &[f64] {
+        &[]
+    }
+}
+
+/// Posts of normal stiffness 2 and 6 and tangential stiffness 1 and 3, an overlap of 1, and a motion along each other: how the node
+/// ends, its tangential force, and why the alternation ends.
+fn on_posts(law: Law, motion: f64, known: Option<Known>) -> (Reason, Touch, f64) {
+    let mut posts = [Post { k: [2.0, 1.0], free: [0.0; 2] }, Post { k: [6.0, 3.0], free: [0.0, motion] }];
+    let end = |body| End { pair: 0, multiplier: body == 0, body, rows: 0..2, watched: Vec::new() };
+    let ends = [end(0), end(1)];
+    let exchange = Exchange {
+        comm: None,
+        partners: vec![Partner::Here(1), Partner::Here(0)],
+        traffic: Default::default(),
+    };
+    let mut coupling = Coupling::new(&mut posts, &ends, &exchange);
+    let coarse = Coarse::new(&coupling, 0, &[0, 0], vec![1.0; 2]);
+    let rows = PairRows {
+        gap: vec![-1.0, 0.0],
+        law,
+        area: vec![0.5; 2],
+        stiffness: 1.0,
+        compliance_ratio: 3.0,
+        ..PairRows::default()
+    };
+    let rows = [rows, PairRows::default()];
+    let limits = Limits { tolerance: 1e-12, max_alternations: 100 };
+    let mut state = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
+    let outcome = state.relax(Weights::Stiffness, known, |_| {}).unwrap();
+    assert!((state.force[0] - 1.5).abs() < 1e-12, "{:?}", state.force);
+    (outcome.reason, state.touch(0..1)[0], state.force[1])
+}
+
+#[test]
+fn a_node_sticks_within_the_cone_and_slides_at_its_edge() {
+    let half = Law::Coulomb { friction: 0.5 };
+    // It would carry 3/4 of the motion; mu p is 3/4, and k times the area 1/2.
+    for (law, motion, touch, force) in [
+        (half, 0.8, Touch::Stick, 0.6),
+        (half, -0.8, Touch::Stick, -0.6),
+        (half, 1.2, Touch::Forwards, 0.75),
+        (half, -1.2, Touch::Backwards, -0.75),
+        (Law::Tresca { shear: 1.0 }, 0.8, Touch::Forwards, 0.5),
+        (Law::Rough, 100.0, Touch::Stick, 75.0),
+        (Law::Tied, -100.0, Touch::Stick, -75.0),
+    ] {
+        let known = [vec![Touch::Backwards]];
+        let warm = [1.0, -0.3];
+        // However it starts, from nothing known or from sliding the wrong way.
+        for known in [None, Some(Known { force: &warm, touch: &known })] {
+            let (reason, ends_as, t) = on_posts(law, motion, known);
+            assert_eq!((reason, ends_as), (Reason::Converged, touch), "{law:?} {motion}: {t}");
+            assert!((t - force).abs() < 1e-12 * force.abs(), "{law:?} {motion}: {t}");
         }
     }
 }

@@ -124,8 +124,11 @@ impl OfBodies {
     }
 }
 
-/// Largest tension over the largest pressure of a surface.
+/// Largest tension over the largest pressure of a surface; none where they are bonded.
 pub(super) fn tension(side: &record::SideTable) -> f64 {
+    if side.bonded {
+        return 0.0;
+    }
     let lowest = side.pressure.iter().copied().fold(0.0, smaller);
     ratio(-lowest, worst(side.pressure.iter().copied()))
 }

@@ -96,6 +96,14 @@ impl Evidence<'_> {
             hold(subject(), "the complementarity of pressure and gap", pair.complementarity);
             hold(subject(), "the difference of action and reaction", pair.force_imbalance);
             hold(subject(), "the tension, over the largest pressure,", *tension);
+            if let Some(friction) = &pair.friction {
+                hold(
+                    subject(),
+                    "the tangential force beyond its bound, over the largest force,",
+                    friction.beyond_bound,
+                );
+                hold(subject(), "the slip against its law, over the largest slip,", friction.wrong_slip);
+            }
             // A norm over the nodes in contact is what the alternation brings down.
             let norm = approach * (pair.active as f64).sqrt();
             let beyond = larger(pair.max_penetration - found.gap_threshold, 0.0);

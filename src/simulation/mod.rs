@@ -10,6 +10,7 @@ mod options;
 mod outline;
 mod outlook;
 mod pairs;
+mod paths;
 mod plausible;
 mod report;
 mod results;

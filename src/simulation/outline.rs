@@ -1,6 +1,7 @@
 //! Outlines of the rigid bodies, for the picture.
 use crate::vector::larger;
 use crate::{
+    body::LoadFactors,
     case::{Case, RigidShape},
     contact::vector::{norm, sub},
     output::Outline,
@@ -11,12 +12,12 @@ use mpi::topology::SimpleCommunicator;
 /// Straight pieces of a circle.
 const PIECES: u32 = 180;
 
-/// Every rigid body, moved by `supports` times its prescribed motion. `points`: this rank's nodes, m; a plane is
+/// Every rigid body, moved by its factor times its prescribed motion. `points`: this rank's nodes, m; a plane is
 /// drawn as far as they reach. Collective.
 pub(super) fn outlines(
     case: &Case,
     points: &[[f64; 3]],
-    supports: f64,
+    factors: &LoadFactors,
     world: &SimpleCommunicator,
 ) -> Vec<Outline> {
     let polyline = |shape: &RigidShape| match shape {
@@ -40,7 +41,7 @@ pub(super) fn outlines(
     let outline = |body: &crate::case::RigidCase| Outline {
         body: body.name.clone(),
         points: polyline(&body.shape),
-        motion: body.motion.map(|u| supports * u),
+        motion: body.motion.map(|u| factors.on_supports(body.path) * u),
     };
     case.rigid.iter().map(outline).collect()
 }

@@ -1,4 +1,5 @@
 //! What a run would do and cost, before it is done.
+use super::paths::path_lines;
 use crate::{
     body::{Constraints, condense_estimate, free_motions},
     case::{Case, Driver, ResponseCase},
@@ -32,6 +33,7 @@ pub fn outlook(case: &Case, plan: &Plan) -> Result<Vec<String>> {
     let mut lines = gather_lines(&groups.world, &lines);
     // Bodies before contacts, each in the order of the ranks.
     lines.sort_by_key(|line| !line.starts_with("body"));
+    lines.extend(path_lines(case));
     lines.extend(costs(case, plan));
     Ok(lines)
 }
@@ -71,6 +73,7 @@ const PICTURES: f64 = 2e5;
 fn costs(case: &Case, plan: &Plan) -> Option<String> {
     let groups = &plan.groups;
     let steps = case.steps.len().max(1) as f64;
+    let increments = case.steps.iter().map(|step| step.increments.least()).sum::<usize>().max(1) as f64;
     let heated = case.bodies.iter().any(|b| b.temperature.is_some());
     let point_fields = POINT_FIELDS + if heated { 8.0 } else { 0.0 };
     // By body: the factor of its elements, bytes of its grid and of its fields after a step.
@@ -91,7 +94,7 @@ fn costs(case: &Case, plan: &Plan) -> Option<String> {
         let bytes = PER_DOF * n + factor * PER_DOF_LOG * n * n.log2();
         memory[group] += bytes / ranks * if ranks > 1.0 { SHARED } else { 1.0 };
         let factorise = factor * (FACTOR_SECONDS * n + FACTOR_SECONDS_15 * n.powf(1.5));
-        seconds[group] += (factorise + n * (PER_DOF_SECONDS + steps * PER_DOF_STEP_SECONDS)) / ranks;
+        seconds[group] += (factorise + n * (PER_DOF_SECONDS + increments * PER_DOF_STEP_SECONDS)) / ranks;
     }
     let whole: f64 = std::iter::zip(&memory, &groups.shares).map(|(m, s)| m * s.ranks.len() as f64).sum();
     let size: f64 =

@@ -2,16 +2,16 @@
 use crate::step::{EndFound, Found};
 use crate::vector::{larger, ratio};
 use crate::{
-    case::{Case, ContactCase},
+    case::{Case, ContactCase, Law},
     parallel,
     record::{self, PairSide, PairTables, mean_contraction},
 };
 use mpi::topology::SimpleCommunicator;
 
 /// Sums over the ends of a pair.
-const SUMS: usize = 15;
+const SUMS: usize = 21;
 /// Maxima over the ends of a pair.
-const MAXIMA: usize = 4;
+const MAXIMA: usize = 9;
 
 /// Summaries and tables of the pairs. Collective.
 pub(super) fn pair_results(
@@ -27,7 +27,12 @@ pub(super) fn pair_results(
     let mut tables: Vec<PairTables> = case
         .contacts
         .iter()
-        .map(|c| PairTables { name: c.name.clone(), surfaces: names(c), sides: [None, None] })
+        .map(|c| PairTables {
+            name: c.name.clone(),
+            surfaces: names(c),
+            tangential: c.law.is_frictional(),
+            sides: [None, None],
+        })
         .collect();
     let mut sums = vec![[0.0; SUMS]; case.contacts.len()];
     let mut maxima = vec![[0.0_f64; MAXIMA]; case.contacts.len()];
@@ -73,7 +78,19 @@ pub(super) fn pair_results(
                 contact_length: s[7],
                 max_penetration: m[1],
                 force_imbalance,
-                complementarity: ratio(m[2], m[0] * m[3]),
+                complementarity: if contact.law == Law::Tied { 0.0 } else { ratio(m[2], m[0] * m[3]) },
+                friction: contact.law.is_frictional().then(|| record::FrictionSummary {
+                    law: contact.law.describe(),
+                    force: s[15],
+                    dissipated: s[16],
+                    stick_length: s[17],
+                    slip_length: s[18],
+                    sticking: s[19] as u64,
+                    slipping: s[20] as u64,
+                    max_slip: m[4],
+                    beyond_bound: ratio(m[5], m[7]),
+                    wrong_slip: ratio(m[6], larger(m[4], m[8])),
+                }),
                 contraction: mean_contraction(history.map(|row| row.contraction)),
                 active: s[8] as u64,
                 open: (s[9] - s[8]) as u64,
@@ -117,4 +134,13 @@ fn add(end: &EndFound, sum: &mut [f64; SUMS], max: &mut [f64; MAXIMA]) {
     max[1] = larger(max[1], end.penetration);
     max[2] = larger(max[2], end.complementarity[0]);
     max[3] = larger(max[3], end.complementarity[1]);
+    max[8] = larger(max[8], end.approach);
+    if let Some(rubbing) = &end.rubbing {
+        let [stick, slip] = rubbing.lengths;
+        let [sticking, slipping] = rubbing.nodes.map(|n| n as f64);
+        let sums = [rubbing.force, rubbing.dissipated, stick, slip, sticking, slipping];
+        std::iter::zip(&mut sum[15..], sums).for_each(|(sum, v)| *sum += v);
+        let maxima = [rubbing.slip, rubbing.beyond, rubbing.astray, rubbing.scale];
+        std::iter::zip(&mut max[4..], maxima).for_each(|(max, v)| *max = larger(*max, v));
+    }
 }

@@ -63,6 +63,12 @@ pub(super) struct Run {
     pub diagnosis: Vec<String>,
     /// Smallest tolerance of a step.
     pub tolerance: f64,
+    /// What acts after the last step that is kept.
+    factors: LoadFactors,
+    /// True if that is an increment on the way to the end of its step.
+    unfinished: bool,
+    /// Warnings of the steps before.
+    warned: usize,
 }
 
 /// A step, measured: its numbers, its fields, and its verdict.
@@ -89,6 +95,9 @@ impl Run {
             warnings: Vec::new(),
             diagnosis: Vec::new(),
             tolerance: f64::INFINITY,
+            factors: LoadFactors::FULL,
+            unfinished: false,
+            warned: 0,
         }
     }
 
@@ -102,8 +111,7 @@ impl Run {
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<Run> {
         let exchange = plan.exchange(case);
-        let one =
-            StepCase { name: None, loads: 1.0, supports: 1.0, temperature: 1.0, origin: Default::default() };
+        let one = StepCase::whole();
         let path = if case.steps.is_empty() { std::slice::from_ref(&one) } else { &case.steps[..] };
         let scene = Scene { case, plan, exchange: &exchange };
         let is_first = plan.groups.world.rank() == 0;
@@ -116,29 +124,39 @@ impl Run {
         let end = step::march(engine, &scene, path, on_rank_zero, |engine, accepted| {
             run.keep(case, plan, engine, accepted)
         })?;
-        run.end(end, case)?;
+        run.end(end, case, &plan.groups.world)?;
         run.estimate(case, plan, engine.bodies())?;
         Ok(run)
     }
 
-    /// Says how far the load got where it did not get to the end.
-    fn end(&mut self, end: End, case: &Case) -> Result<()> {
+    /// Says how far the load got where it did not get to the end. Collective.
+    fn end(&mut self, end: End, case: &Case, world: &SimpleCommunicator) -> Result<()> {
         let reached = self.steps.iter().rev().find(|step| step.reason.converged());
-        let reached = reached.map(|step| {
+        let tells = !case.steps.is_empty() || case.has_friction();
+        let reached = reached.filter(|_| tells).map(|step| {
             format!(
-                "the load got to loads = {}, supports = {}, temperature = {}",
-                step.loads, step.supports, step.temperature
+                "the load got to loads = {}, supports = {}, temperature = {}{}",
+                step.loads,
+                step.supports,
+                step.temperature,
+                step.paths
+                    .iter()
+                    .map(|(name, factor)| format!(", path {name} = {factor}"))
+                    .collect::<String>()
             )
         });
+        if self.unfinished {
+            // The way of a step that does not get to its end is told as far as it went.
+            self.append(case, world)?;
+        }
         match end {
             End::Arrived => Ok(()),
             End::Stopped(reason) => {
                 self.reason = reason;
-                self.diagnosis.extend(reached.filter(|_| !case.steps.is_empty()));
+                self.diagnosis.extend(reached);
                 Ok(())
             }
             End::Refused(Error::Unrestrained(text)) => {
-                let reached = reached.filter(|_| !case.steps.is_empty());
                 let text = reached.map_or(text.clone(), |reached| format!("{text}; {reached}"));
                 Err(Error::Unrestrained(text))
             }
@@ -146,7 +164,7 @@ impl Run {
         }
     }
 
-    /// Measures a step and keeps it if it is a solution, or if there is none to keep in its place. Collective.
+    /// Measures an increment and keeps it if it is a solution, or if there is none to keep in its place. Collective.
     fn keep(
         &mut self,
         case: &Case,
@@ -154,21 +172,12 @@ impl Run {
         engine: &Engine,
         accepted: Accepted,
     ) -> Result<(Reason, step::State)> {
-        let Accepted { name, factors, is_last, advanced } = accepted;
+        let Accepted { name, factors, increment, ends_step, is_last, advanced } = accepted;
         let Advanced { state, mut found, contact, influences } = advanced;
-        let estimated = is_last || case.output.every_estimate;
-        let measured = measure(
-            case,
-            plan,
-            engine.bodies(),
-            &state,
-            &mut found,
-            contact,
-            &influences,
-            name,
-            factors,
-            estimated,
-        )?;
+        let estimated = is_last || (ends_step && case.output.every_estimate);
+        let step = load_step(case, name, &factors, increment);
+        let measured =
+            measure(case, plan, engine.bodies(), &state, &mut found, contact, &influences, step, estimated)?;
         let reason = found.reason;
         self.counts.add(&measured.counts);
         if !reason.converged() && self.steps.iter().any(|step| step.reason.converged()) {
@@ -185,16 +194,53 @@ impl Run {
         self.tolerance = smaller(self.tolerance, found.tolerance);
         self.checks = worse(self.checks, measured.checks);
         self.plausibility = plausible::worse(self.plausibility, measured.plausibility);
-        self.steps.push(measured.summary);
+        self.factors = factors;
+        self.add_step(measured.summary);
         self.last = measured.last;
-        self.history.append(&mut found.history);
-        self.warnings.extend(measured.warnings);
-        self.warnings.append(&mut found.warnings);
+        self.add_history(found.history, increment);
+        self.warn(measured.warnings.into_iter().chain(found.warnings).collect());
         self.diagnosis = found.diagnosis;
-        if reason.converged() {
+        self.unfinished = reason.converged() && !ends_step;
+        if reason.converged() && ends_step {
+            self.warned = self.warnings.len();
             self.append(case, &plan.groups.world)?;
         }
         Ok((reason, state))
+    }
+
+    /// An increment takes the place of the one before it in its step.
+    fn add_step(&mut self, mut step: StepSummary) {
+        if self.unfinished
+            && let Some(before) = self.steps.pop()
+        {
+            step.alternations += before.alternations;
+            step.updates += before.updates;
+        }
+        self.steps.push(step);
+    }
+
+    /// Alternations and updates are counted through the increments of a step.
+    fn add_history(&mut self, rows: Vec<HistoryRow>, increment: u64) {
+        let before = self.history.last().filter(|_| self.unfinished);
+        let (alternations, updates) = before.map_or((0, 0), |row| (row.alternation, row.update));
+        self.history.extend(rows.into_iter().map(|row| HistoryRow {
+            increment,
+            alternation: alternations + row.alternation,
+            update: updates + row.update,
+            ..row
+        }));
+    }
+
+    /// Adds warnings. What was said of an increment before in the same step is said with the present figures.
+    fn warn(&mut self, warnings: Vec<String>) {
+        let before = self.warnings.len();
+        for warning in warnings {
+            let said = self.warnings[self.warned..before].iter_mut().find(|said| same_words(said, &warning));
+            match said {
+                Some(said) => *said = warning,
+                None => self.warnings.push(warning),
+            }
+        }
     }
 
     /// Adds the last step to the file, if there is a table of steps. Collective.
@@ -264,11 +310,13 @@ impl Run {
             loads: s.loads,
             supports: s.supports,
             temperature: s.temperature,
+            at: s.at,
+            paths: s.paths.clone(),
+            increments: s.increments,
             reason: s.reason,
             alternations: s.alternations,
             updates: s.updates,
         });
-        let supports = self.steps.last().map_or(1.0, |step| step.supports);
         RunInfo {
             case: case.name.clone(),
             title: case.title.clone(),
@@ -281,7 +329,7 @@ impl Run {
             alternations: self.counts.alternations,
             tolerance: self.tolerance,
             steps: (!case.steps.is_empty()).then(|| steps.collect()),
-            rigid: outlines(case, &self.last.piece.points, supports, world),
+            rigid: outlines(case, &self.last.piece.points, &self.factors, world),
         }
     }
 }
@@ -314,8 +362,7 @@ fn measure(
     found: &mut Found,
     contact: Vec<Vec<f64>>,
     influences: &[(Influence, Nodal)],
-    name: Option<&str>,
-    factors: LoadFactors,
+    step: LoadStep,
     estimated: bool,
 ) -> Result<Measured> {
     let _stage = Stage::Recover.enter();
@@ -395,16 +442,9 @@ fn measure(
     let turned = std::mem::take(&mut found.turned);
     warnings.extend(turned.into_iter().filter(|_| !motions.has_large_strain()));
     let counts = Counts::of(world, found);
-    let summary = LoadStep {
-        name: name.map(str::to_owned),
-        loads: factors.loads,
-        supports: factors.supports,
-        temperature: factors.temperature,
-        reason: found.reason,
-        alternations: counts.alternations,
-        updates: counts.updates,
-    };
-    let mut summary = StepSummary::new(&summary, found.tolerance, pairs, probes, None);
+    let Counts { alternations, updates, .. } = counts;
+    let step = LoadStep { reason: found.reason, alternations, updates, ..step };
+    let mut summary = StepSummary::new(&step, found.tolerance, pairs, probes, None);
     if let Some(estimate) = &estimate {
         summary.set_estimate(estimate);
     }
@@ -425,6 +465,31 @@ fn measure(
         counts,
         warnings,
     })
+}
+
+/// What acts, before it is known how it ends.
+fn load_step(case: &Case, name: Option<&str>, factors: &LoadFactors, increment: u64) -> LoadStep {
+    let has_tables = case.paths.iter().any(|path| path.table.is_some());
+    let names = case.paths.iter().map(|path| path.name.clone());
+    LoadStep {
+        name: name.map(str::to_owned),
+        loads: factors.loads,
+        supports: factors.supports,
+        temperature: factors.temperature,
+        at: has_tables.then_some(factors.at),
+        paths: std::iter::zip(names, factors.paths.iter().copied()).collect(),
+        increments: increment,
+        reason: Reason::NoContact,
+        alternations: 0,
+        updates: 0,
+    }
+}
+
+/// True if two texts differ in numbers only.
+fn same_words(a: &str, b: &str) -> bool {
+    let is_number = |word: &str| word.trim_matches(['(', ')', ',', ';', ':', '%']).parse::<f64>().is_ok();
+    let (a, b): (Vec<&str>, Vec<&str>) = (a.split(' ').collect(), b.split(' ').collect());
+    a.len() == b.len() && std::iter::zip(a, b).all(|(a, b)| a == b || (is_number(a) && is_number(b)))
 }
 
 /// The sides with multipliers that this rank holds.
@@ -451,4 +516,16 @@ pub(super) fn peak_memory_mb(world: &SimpleCommunicator) -> f64 {
     let own =
         line.and_then(|l| l.split_whitespace().next()?.parse::<f64>().ok()).map_or(0.0, |kb| kb / 1024.0);
     parallel::sum(world, &[own])[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::same_words;
+
+    #[test]
+    fn figures_are_no_words() {
+        assert!(same_words("body 'b1': strain of 0.12 at (1, 2)", "body 'b1': strain of 1e-3 at (4, 2)"));
+        assert!(!same_words("body 'b1': strain of 0.12", "body 'b2': strain of 0.12"));
+        assert!(!same_words("strain of 0.12", "strain of 0.12 there"));
+    }
 }

@@ -3,7 +3,7 @@ use super::{
     contacts::Contacts,
     found::Found,
     neutral::{self, Neutral},
-    place::{Damping, Place},
+    place::{Damping, Place, rigid_factor, rigid_factors},
     rows::rigid_motion,
     state::{BodyState, PairState, State},
     task::{Influence, Modes, Scene, Solution, Target, Task},
@@ -133,7 +133,7 @@ impl Engine {
             let nodes: Vec<u32> = nodes.into_iter().map(|n| n as u32).collect();
             let kind = match case.bodies[b].response {
                 // It asks for displacements at the active rows alone, and for exact answers.
-                _ if is_relaxed => ResponseKind::Condensed,
+                _ if is_relaxed || case.has_friction() => ResponseKind::Condensed,
                 ResponseCase::Automatic => ResponseKind::Automatic,
                 ResponseCase::Condensed => ResponseKind::Condensed,
                 ResponseCase::Solver => ResponseKind::Solver,
@@ -168,7 +168,7 @@ impl Engine {
             false => Vec::new(),
         };
         let mut engine = Engine { bodies, responses, contacts, modes, neutral, rows_at: None, clock };
-        engine.rows_at = Some(engine.place_of(plan, &State::start())?);
+        engine.rows_at = Some(engine.place_of(case, plan, &State::start())?);
         Ok(engine)
     }
 
@@ -185,7 +185,8 @@ impl Engine {
         let start = Instant::now();
         self.load(plan, target)?;
         let updated = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
-        let mut place = self.place_of(plan, from)?;
+        let mut place = self.place_of(case, plan, from)?;
+        let begun = place.clone();
         let mut warm = from.pairs.clone();
         let mut found = Found::none();
         let mut end = Nodal::default();
@@ -195,7 +196,8 @@ impl Engine {
             if updated {
                 self.follow(scene, &place)?;
             }
-            let (driven, solution) = self.drive(scene, target, &warm, &mut progress)?;
+            let (driven, solution) =
+                self.drive(scene, target, (&begun, &from.pairs), &warm, &mut progress)?;
             let before = std::mem::replace(&mut found, driven);
             found.prepend(before);
             let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());
@@ -208,7 +210,7 @@ impl Engine {
             }
             let now = Place {
                 displacement: self.at_interfaces(plan, &end.displacement),
-                supports: target.factors.supports,
+                rigid: rigid_factors(case, target.factors),
             };
             let stretch = self.contacts.as_ref().map_or(0.0, |contacts| contacts.stretch(scene, &now));
             let stretch = parallel::max(&plan.groups.world, &[stretch])[0];
@@ -279,7 +281,7 @@ impl Engine {
                 Ok(())
             });
         agree(&plan.groups.world, loaded)?;
-        if target.number > 1 {
+        if (target.number, target.increment) > (1, 1) {
             // A stiffness that varies with the temperature may have other soft modes.
             self.modes = number_modes(plan, &self.bodies);
         }
@@ -287,7 +289,7 @@ impl Engine {
     }
 
     /// Where a state's surfaces are. Collective.
-    fn place_of(&self, plan: &Plan, state: &State) -> Result<Place> {
+    fn place_of(&self, case: &Case, plan: &Plan, state: &State) -> Result<Place> {
         let of = |body: &Body, index: &usize| {
             let known = state.bodies.iter().find(|b| b.body == *index);
             let own = &body.part.original[..body.part.n_owned];
@@ -306,7 +308,7 @@ impl Engine {
         let own = std::iter::zip(&self.bodies, plan.groups.bodies()).map(|(b, i)| of(b, i));
         let own = agree(&plan.groups.world, own.collect::<Result<Vec<_>>>())?;
         let displacement = self.at_interfaces(plan, &own);
-        Ok(Place { displacement, supports: state.factors.supports })
+        Ok(Place { displacement, rigid: rigid_factors(case, &state.factors) })
     }
 
     /// Displacements of the interface nodes, on the first rank of the group. Collective.
@@ -329,7 +331,7 @@ impl Engine {
             nodes: body.part.original[..body.part.n_owned].to_vec(),
             displacement,
         });
-        State { factors: target.factors, bodies: bodies.collect(), pairs }
+        State { factors: target.factors.clone(), bodies: bodies.collect(), pairs }
     }
 
     /// Penetration of the rows beyond the search distance, and whether the surfaces have turned too far for the normals
@@ -367,15 +369,18 @@ impl Engine {
                     continue;
                 }
                 let other = match rigid {
-                    Some(u) => factors.supports * row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum::<f64>(),
+                    Some(u) => {
+                        rigid_factor(case, factors, end.pair, 1 - pair.multiplier)
+                            * row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum::<f64>()
+                    }
                     None => received[i][j],
                 };
                 found.ends[i].beyond = larger(found.ends[i].beyond, own[i][j] + other - row.gap);
             }
             if !updated {
                 let (before, surface) = (&plan.surfaces[i], plan.surfaces[i].moved(&moved[i]));
-                let status = &found.ends[i].table.status;
-                let turned = (0..status.len()).filter(|&n| status[n] == 2).map(|n| {
+                let table = &found.ends[i].table;
+                let turned = (0..table.status.len()).filter(|&n| table.touches(n)).map(|n| {
                     let [a, b] = [&before.normals[n], &surface.normals[n]];
                     larger(1.0 - dot(a, b).powi(2), 0.0).sqrt()
                 });
@@ -405,6 +410,7 @@ impl Engine {
         &mut self,
         scene: &Scene,
         target: Target,
+        (from, before): (&Place, &[PairState]),
         warm: &[PairState],
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
@@ -416,7 +422,8 @@ impl Engine {
             }
             Some(contacts) => {
                 let names = |b: usize, k: usize| self.bodies[b].mode_name(k);
-                let task = Task { scene: *scene, target, warm, modes: &self.modes, names: &names };
+                let task =
+                    Task { scene: *scene, target, from, before, warm, modes: &self.modes, names: &names };
                 let outcome = contacts.solve(&task, &self.neutral, &mut self.responses, progress);
                 self.responses.iter().for_each(Response::finish);
                 outcome
@@ -551,7 +558,8 @@ fn nodes_inside(scene: &Scene, target: Target, moved: &[Vec<[f64; 3]>], found: &
         let depth = match super::rows::rigid_motion(case, end.pair, 1 - end.side) {
             None => deepest_node(own, other, *offset),
             Some(motion) => {
-                let u = motion.map(|m| factors.supports * m);
+                let factor = rigid_factor(case, factors, end.pair, 1 - end.side);
+                let u = motion.map(|m| factor * m);
                 let other = other.moved(&vec![u; other.nodes.len()]);
                 larger(deepest_node(own, &other, *offset), deepest_node(&other, own, *offset))
             }

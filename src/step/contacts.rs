@@ -2,9 +2,9 @@
 use super::{
     found::{EndFound, Found},
     neutral::Neutral,
-    place::Place,
-    rows::{Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
-    state::{NodeState, PairState, State, Status},
+    place::{Place, rigid_factor},
+    rows::{Held, Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion, turned},
+    state::{NodeState, PairState, State},
     task::{Influence, Scene, Solution, Task},
 };
 use crate::vector::{self, larger, ratio, smaller, worst};
@@ -12,7 +12,7 @@ use crate::{
     body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
     case::{Case, ContactGeometry, Driver, Gap, Tolerance},
     contact::{
-        Row, Surface,
+        Law, Row, Surface,
         vector::{dot, sub},
     },
     error::{Error, Result},
@@ -24,7 +24,8 @@ use crate::{
     record::{HistoryRow, Reason},
     scene::{ContactSide, Plan},
     schwarz::{
-        AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Limits, Outcome, PairRows, Projector, Respond,
+        AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Known, Limits, Outcome, PairRows, Projector,
+        Respond, Touch,
     },
 };
 use nalgebra::DMatrix;
@@ -41,7 +42,7 @@ const TOP: f64 = 0.95;
 pub(crate) struct Contacts {
     pub pairs: Vec<Option<Pair>>,
     pub shares: Shares,
-    held: Vec<[Vec<bool>; 2]>,
+    held: Vec<[Vec<Held>; 2]>,
     /// Gap of each row of each end at zero displacement, as seen from the deformed geometry, m; `None`: the rows' own.
     gaps: Option<Vec<Vec<f64>>>,
 }
@@ -85,12 +86,13 @@ impl Contacts {
                 ContactGeometry::Updated => "updated",
             };
             format!(
-                "contact {}: {} candidates, {}; multipliers on {}.{}, frictionless, {} transfer, {geometry} geometry",
+                "contact {}: {} candidates, {}; multipliers on {}.{}, {}, {} transfer, {geometry} geometry",
                 contact.name,
                 rows.len(),
                 gap_in_words(rows),
                 case.body_name(name.body),
                 name.surface,
+                contact.law.describe(),
                 case.alternation.transfer.name(),
             )
         })
@@ -148,6 +150,7 @@ impl Contacts {
         });
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
         let contacts = Contacts { pairs, shares, held, gaps: None };
+        exchange.agree(contacts.refuse_unmatched_friction(case))?;
         let hopeless = contacts.overlapping(case, plan, NO_ANSWER).into_iter().next();
         let checked = match hopeless {
             Some((pair, text)) => Err(case.contacts[pair].origin.error(format!(
@@ -156,6 +159,21 @@ impl Contacts {
             None => Ok(contacts),
         };
         exchange.agree(checked)
+    }
+
+    /// The paper's transfer interpolates forces where nodes do not match: what they have along the surfaces would not be bounded
+    /// by the pressure that they have at the same place.
+    fn refuse_unmatched_friction(&self, case: &Case) -> Result<()> {
+        let unmatched =
+            |pair: &&Pair| pair.law.is_frictional() && pair.watched.iter().any(|rows| !rows.is_empty());
+        match self.pairs.iter().flatten().find(unmatched) {
+            Some(pair) => Err(case.contacts[pair.number].origin.error(format!(
+                "contact '{}': the nodes of the two surfaces do not match, and driver = \"relaxed\" has friction with \
+                 transfer = \"pointwise\", its default, only where they do: use transfer = \"mortar\", or meshes that match",
+                case.contacts[pair.number].name
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// By how much facets of surfaces that are followed stretch or turn, the largest, relative to their length.
@@ -198,7 +216,8 @@ impl Contacts {
         let mut surfaces = both_surfaces(case, plan, exchange, &moved);
         for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
             if let (true, Some(motion)) = (is_updated(pair), rigid_motion(case, pair, 1 - side)) {
-                let u = motion.map(|m| to.supports * m);
+                let factor = to.rigid_factor(case, pair, 1 - side);
+                let u = motion.map(|m| factor * m);
                 surfaces[i][1] = surfaces[i][1].moved(&vec![u; surfaces[i][1].nodes.len()]);
             }
         }
@@ -225,11 +244,13 @@ impl Contacts {
             }
             let rows = pairs[end.pair].as_ref().map_or(&[][..], |p| &p.rows);
             let other = |j: usize| received[i].get(j).copied().unwrap_or(0.0);
+            let side = pairs[end.pair].as_ref().map_or(0, |p| 1 - p.multiplier);
+            let factor = to.rigid_factor(case, end.pair, side);
             rows.iter()
                 .enumerate()
                 .map(|(j, row)| row.gap + if is_updated(end.pair) { present[i][j] + other(j) } else { 0.0 })
                 .zip(pairs[end.pair].iter().flat_map(|p| &p.rigid_motion))
-                .map(|(gap, motion)| gap + if is_updated(end.pair) { to.supports * motion } else { 0.0 })
+                .map(|(gap, motion)| gap + if is_updated(end.pair) { factor * motion } else { 0.0 })
                 .collect()
         });
         self.gaps = Some(gaps.collect());
@@ -246,8 +267,8 @@ impl Contacts {
         responses: &mut [Response],
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
-        let warm = self.known_forces(task);
-        let known = warm.iter().any(|f| *f != 0.0);
+        let warm = self.known(task, task.warm);
+        let known = warm.iter().flatten().flatten().any(|node| node.force != 0.0);
         let known = task.scene.exchange.max(&[f64::from(u8::from(known))])[0] > 0.0;
         if !known {
             return self.solve_from(task, neutral, responses, None, progress);
@@ -263,17 +284,19 @@ impl Contacts {
         Ok((found, solution))
     }
 
-    /// Runs the driver once; `warm`: row forces to begin with. Collective on the roots.
+    /// Runs the driver once; `warm`: what is known of the nodes, to begin with. Collective on the roots.
     fn solve_from(
         &self,
         task: &Task,
         neutral: &[Neutral],
         responses: &mut [Response],
-        warm: Option<&[f64]>,
+        warm: Option<&[Vec<Option<NodeState>>]>,
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
         let Scene { case, plan, exchange } = task.scene;
         let rows = self.rows_of_step(task);
+        let touch = warm.map(|warm| self.known_states(warm));
+        let warm = warm.map(|warm| self.known_forces(warm));
         let mut coupling = Coupling::new(responses, &self.shares.ends, exchange);
         coupling.names = plan.groups.bodies().iter().map(|&b| case.bodies[b].name.clone()).collect();
         let scaling: Vec<f64> =
@@ -288,7 +311,7 @@ impl Contacts {
         let limits = Limits { tolerance: start, max_alternations: case.alternation.max_alternations };
         let n_pairs = case.contacts.len();
         let number = task.target.number;
-        let warm = warm.map(|warm| with_springs(warm, &coarse, exchange));
+        let warm = warm.map(|warm| with_springs(&warm, &coarse, exchange));
         let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, n_pairs, number);
         let chains: Vec<Chain> =
             if automatic { plan.surfaces.iter().map(Chain::new).collect() } else { Vec::new() };
@@ -307,8 +330,13 @@ impl Contacts {
         }
         let mut not_finite = None;
         let ended = match case.alternation.driver {
+            Driver::ActiveSet if case.has_friction() => driver.run_with_friction(touch.as_deref(), progress),
             Driver::ActiveSet => driver.run(warm.as_deref(), progress),
-            Driver::Relaxed(weights) => driver.relax(weights, warm.as_deref(), progress).map(Ended::Outcome),
+            Driver::Relaxed(weights) => {
+                let known =
+                    warm.as_deref().zip(touch.as_deref()).map(|(force, touch)| Known { force, touch });
+                driver.relax(weights, known, progress).map(Ended::Outcome)
+            }
         };
         let ended = match ended {
             Ok(ended) => ended,
@@ -335,7 +363,8 @@ impl Contacts {
         }
         let converged = outcome.reason.converged();
         let (mut found, mut solution) = self.report(task, &driver, &projector, outcome);
-        if converged && task.target.is_end {
+        // What decides a peak is not told by a symmetric dual problem where surfaces slip.
+        if converged && task.target.is_end && !case.has_friction() {
             solution.influences = self.influences(task, &mut driver)?;
         }
         // All first ranks have agreed on it.
@@ -347,32 +376,91 @@ impl Contacts {
     fn rows_of_step(&self, task: &Task) -> Vec<PairRows> {
         let case = task.scene.case;
         let mut rows = self.shares.rows.clone();
+        let travelled = if case.has_friction() { self.travelled(task) } else { Vec::new() };
         for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let Some(pair) = &self.pairs[end.pair] else { continue };
             let updated = case.contacts[end.pair].geometry == ContactGeometry::Updated;
-            if let (true, Some(gaps)) = (updated, &self.gaps) {
-                rows[i].gap = gaps[i].clone();
+            if let (true, Some(gaps)) = (updated && pair.law != Law::Tied, &self.gaps) {
+                rows[i].gap[..gaps[i].len()].copy_from_slice(&gaps[i]);
             }
+            if pair.law.is_frictional() {
+                rows[i].gap.truncate(pair.rows.len());
+                rows[i].gap.extend(&travelled[i]);
+            }
+            let factor = rigid_factor(case, task.target.factors, end.pair, 1 - pair.multiplier);
             std::iter::zip(&mut rows[i].gap, &pair.rigid_motion)
-                .for_each(|(gap, motion)| *gap -= task.target.factors.supports * motion);
+                .for_each(|(gap, motion)| *gap -= factor * motion);
         }
         rows
     }
 
-    /// Forces of the rows that are known: they go with the nodes of the multipliers.
-    fn known_forces(&self, task: &Task) -> Vec<f64> {
-        let known = State::forces(task.warm);
+    /// What is known of the nodes of the multipliers, in the order of the row vector's ends; `None`: of the other side's own nodes.
+    fn known(&self, task: &Task, pairs: &[PairState]) -> Vec<Vec<Option<NodeState>>> {
+        let known = State::nodes(pairs);
         let plan = task.scene.plan;
-        let mut forces = Vec::new();
-        for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
-            let Some(pair) = &self.pairs[end.pair] else { continue };
+        let of_end = |(i, end): (usize, &End)| -> Vec<Option<NodeState>> {
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
+                return Vec::new();
+            };
             let nodes = pair.own_rows().iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
-            let key = |node| (end.pair, plan.ends[i].side, node);
-            forces.extend(nodes.map(|node| known.get(&key(node)).copied().unwrap_or(0.0)));
-            // Of the other side's own nodes nothing is known.
-            forces.extend(pair.rows[pair.n_own..].iter().map(|_| 0.0));
+            let of_node = |node| known.get(&(end.pair, plan.ends[i].side, node)).copied();
+            nodes.map(of_node).chain(pair.rows[pair.n_own..].iter().map(|_| None)).collect()
+        };
+        self.shares.ends.iter().enumerate().map(of_end).collect()
+    }
+
+    /// How far the surfaces had slipped along each other at the last accepted state, seen from the rows as they are, per end,
+    /// m: on multiplier ends of pairs with tangential rows, empty elsewhere. Collective on the roots.
+    fn travelled(&self, task: &Task) -> Vec<Vec<f64>> {
+        let Scene { plan, exchange, .. } = task.scene;
+        let own = |(i, end): (usize, &End)| -> Vec<f64> {
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law.is_frictional()) else {
+                return Vec::new();
+            };
+            let u = self.at_surface(&plan.surfaces[i], end.body, task.from);
+            let column = usize::from(!end.multiplier);
+            let along =
+                |row: &Row| turned(&row.terms[column]).iter().map(|(k, v)| dot(v, &u[*k as usize])).sum();
+            pair.rows.iter().map(along).collect()
+        };
+        let mut own: Vec<Vec<f64>> = self.shares.ends.iter().enumerate().map(own).collect();
+        let out: Vec<Vec<f64>> = std::iter::zip(&self.shares.ends, &own)
+            .map(|(end, own)| if end.multiplier { Vec::new() } else { own.clone() })
+            .collect();
+        let received = exchange.swap(&out);
+        for ((end, own), other) in std::iter::zip(&self.shares.ends, &mut own).zip(received) {
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier && !own.is_empty())
+            else {
+                own.clear();
+                continue;
+            };
+            let n = pair.rows.len();
+            let factor = task.from.rigid_factor(task.scene.case, end.pair, 1 - pair.multiplier);
+            for (j, own) in own.iter_mut().enumerate() {
+                *own += other.get(j).copied().unwrap_or(0.0) + factor * pair.rigid_motion[n + j];
+            }
         }
-        forces
+        own
+    }
+
+    /// The forces of what is known, on this rank's row vector but for springs.
+    fn known_forces(&self, known: &[Vec<Option<NodeState>>]) -> Vec<f64> {
+        let of_end = |(end, known): (&End, &Vec<Option<NodeState>>)| {
+            let mut forces: Vec<f64> = known.iter().map(|node| node.map_or(0.0, |node| node.force)).collect();
+            if self.pairs[end.pair].as_ref().is_some_and(|pair| pair.law.is_frictional()) {
+                forces.extend(known.iter().map(|node| node.map_or(0.0, |node| node.tangential)));
+            }
+            forces
+        };
+        std::iter::zip(&self.shares.ends, known).flat_map(of_end).collect()
+    }
+
+    /// The states of what is known, end by end on the normal rows.
+    fn known_states(&self, known: &[Vec<Option<NodeState>>]) -> Vec<Vec<Touch>> {
+        let of_end = |known: &Vec<Option<NodeState>>| {
+            known.iter().map(|node| node.map_or(Touch::Open, |node| node.status)).collect()
+        };
+        known.iter().map(of_end).collect()
     }
 
     /// What the driver found, for the results and for the bodies. Collective on the roots.
@@ -426,6 +514,21 @@ impl Contacts {
             influences: Vec::new(),
         };
         let elastic = driver.elastic_approach();
+        let thickness = case.analysis.thickness();
+        let before = self.known(task, task.before);
+        let states: Vec<Vec<NodeState>> = (0..ranges.len())
+            .map(|i| {
+                let end = &self.shares.ends[i];
+                let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
+                    return Vec::new();
+                };
+                let range = ranges[i].clone();
+                let touch = driver.touch(range.clone());
+                node_states(pair, &plan.surfaces[i], &out[i], &gaps[range], &touch, &before[i])
+            })
+            .collect();
+        let told = |states: &Vec<NodeState>| states.iter().flat_map(|s| [s.status.code(), s.slip]).collect();
+        let received_states = exchange.swap(&states.iter().map(told).collect::<Vec<Vec<f64>>>());
         found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
         for (i, end) in self.shares.ends.iter().enumerate() {
             let mut values = if end.multiplier { out[i].clone() } else { received[i].clone() };
@@ -442,22 +545,19 @@ impl Contacts {
                     pair,
                     values,
                     &received_gaps[i],
+                    &received_states[i],
                 ));
                 continue;
             }
             let range = ranges[i].clone();
-            let active = &driver.active[range.clone()];
+            let touch = driver.touch(range.clone());
+            let unmatched = pair.watched.iter().flatten().filter(|j| touch[**j] != Touch::Open).count();
             let of_range = [&gaps[range.clone()], &elastic[range]];
-            found
-                .ends
-                .push(EndFound::of_multipliers(surface, end.pair, side, pair, values, of_range, active));
-            let state = |(row, (force, active)): (&Row, (&f64, &bool))| NodeState {
-                node: surface.nodes[row.node as usize],
-                force: *force,
-                status: if *active { Status::Closed } else { Status::Open },
-            };
-            let nodes = std::iter::zip(pair.own_rows(), std::iter::zip(values, active)).map(state).collect();
-            solution.pairs.push(PairState { pair: end.pair, side, nodes });
+            let states = &states[i];
+            let found_end =
+                EndFound::of_multipliers(surface, side, pair, values, of_range, states, thickness);
+            found.ends.push(EndFound { unmatched, ..found_end });
+            solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
         }
         (found, solution)
     }
@@ -560,12 +660,14 @@ impl Contacts {
         let mut warnings = Vec::new();
         let mut next = 0;
         for end in self.shares.ends.iter().filter(|end| end.multiplier) {
-            let Some(pair) = &self.pairs[end.pair] else { continue };
             let first = next;
-            next += pair.rows.len();
+            next += end.rows.len();
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law != Law::Tied) else {
+                continue;
+            };
             let near = (0..pair.rows.len()).filter(|j| active[first + j] || gaps[first + j] < pair.doubt[*j]);
             let doubt = near.map(|j| pair.doubt[j]).fold(0.0, larger);
-            let elastic = elastic[first..next].iter().copied().fold(0.0, larger);
+            let elastic = elastic[first..first + pair.rows.len()].iter().copied().fold(0.0, larger);
             if doubt > UNCLEAR * elastic {
                 warnings.push(format!(
                     "contact '{}': the nodes of a mesh from a file do not tell whether its sides are those of a polygon, which they \
@@ -578,14 +680,14 @@ impl Contacts {
         warnings
     }
 
-    /// What a user can do about a failure: the nodes that do not settle, pair by pair.
+    /// What a user can do about a failure: the nodes that do not settle, pair by pair, where they have rows of their own.
     fn diagnose(&self, task: &Task, flipped: &[usize]) -> Vec<String> {
         let mut lines = Vec::new();
         let mut first = 0;
         for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
             let Some(pair) = &self.pairs[end.pair] else { continue };
             let range = first..first + pair.n_own;
-            first += pair.rows.len();
+            first += end.rows.len();
             let points: Vec<String> = flipped
                 .iter()
                 .filter(|j| range.contains(j))
@@ -597,9 +699,10 @@ impl Contacts {
             if !points.is_empty() {
                 let shown = points.len().min(6);
                 lines.push(format!(
-                    "contact '{}': {} node(s) still change between open and closed, near {}{}",
+                    "contact '{}': {} node(s) still change between {}, near {}{}",
                     task.scene.case.contacts[end.pair].name,
                     points.len(),
+                    if pair.law.is_frictional() { "open, sticking and slipping" } else { "open and closed" },
                     points[..shown].join(", "),
                     if points.len() > shown { ", ..." } else { "" }
                 ));
@@ -607,6 +710,35 @@ impl Contacts {
         }
         lines
     }
+}
+
+/// The nodes of the multipliers as they are left: the slips since the last accepted state are added to those before.
+fn node_states(
+    pair: &Pair,
+    surface: &Surface,
+    force: &[f64],
+    gap: &[f64],
+    touch: &[Touch],
+    before: &[Option<NodeState>],
+) -> Vec<NodeState> {
+    let n = pair.rows.len();
+    let state = |(j, row): (usize, &Row)| {
+        let before = before.get(j).copied().flatten();
+        let slip = if touch[j].slips().is_some() { -gap[n + j] } else { 0.0 };
+        // It slips at the bound, which goes with the normal force.
+        let bound = |force: f64| pair.law.friction() * larger(force, 0.0) + pair.law.shear() * row.area;
+        let bounds = || 0.5 * (before.map_or(0.0, |b| bound(b.force)) + bound(force[j]));
+        let work = if slip == 0.0 { 0.0 } else { bounds() * slip.abs() };
+        NodeState {
+            node: surface.nodes[row.node as usize],
+            force: force[j],
+            tangential: force.get(n + j).copied().unwrap_or(0.0),
+            slip: before.map_or(0.0, |b| b.slip) + slip,
+            dissipated: before.map_or(0.0, |b| b.dissipated) + work,
+            status: touch[j],
+        }
+    };
+    pair.own_rows().iter().enumerate().map(state).collect()
 }
 
 /// Relative error of the pressure that row forces show; `None` if none of them is in contact.

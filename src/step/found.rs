@@ -1,11 +1,15 @@
 //! What a driver found, end by end of the pairs, whichever driver it was.
-use super::{length::contact_length, rows::Pair};
+use super::{
+    length::contact_length,
+    rows::{Pair, turned},
+    state::NodeState,
+};
 use crate::vector::{larger, worst};
 use crate::{
-    contact::{Surface, vector::combine},
+    contact::{Law, Surface, vector::combine},
     parallel,
-    record::{HistoryRow, Reason, SideTable},
-    schwarz,
+    record::{HistoryRow, IN_CONTACT, Reason, SLIPS, SideTable, Tangential},
+    schwarz::{self, Touch},
 };
 use mpi::topology::SimpleCommunicator;
 use std::collections::HashMap;
@@ -63,6 +67,59 @@ pub(crate) struct EndFound {
     pub approach: f64,
     /// Largest overlap of the undeformed bodies at a candidate, m.
     pub overlap: f64,
+    /// Of the end with the multipliers of a pair with a tangential law.
+    pub rubbing: Option<Rubbing>,
+}
+
+/// What the surfaces of a pair do along each other.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Rubbing {
+    /// Sum of the tangential forces on the side of the multipliers, along its outward normal turned forwards, N.
+    pub force: f64,
+    /// Work of friction so far, J.
+    pub dissipated: f64,
+    /// Lengths that stick and slip, m.
+    pub lengths: [f64; 2],
+    /// Nodes that stick and slip.
+    pub nodes: [usize; 2],
+    /// Largest slip in all, m.
+    pub slip: f64,
+    /// Largest tangential force beyond the bound, N.
+    pub beyond: f64,
+    /// Largest slip of this step the way the tangential force pulls, m, and largest slip of a node that sticks.
+    pub astray: f64,
+    /// Largest force of a node, N.
+    pub scale: f64,
+}
+
+impl Rubbing {
+    /// `along`: tangential forces and slips of this step by row; `thickness`, m.
+    fn new(data: &Pair, states: &[NodeState], slips: &[f64], thickness: f64) -> Rubbing {
+        let mut rubbing = Rubbing::default();
+        for (j, (row, node)) in std::iter::zip(data.own_rows(), states).enumerate() {
+            let kind = match node.status {
+                Touch::Open => continue,
+                Touch::Stick => 0,
+                Touch::Forwards | Touch::Backwards => 1,
+            };
+            rubbing.force -= node.tangential;
+            rubbing.dissipated += node.dissipated;
+            rubbing.lengths[kind] += row.area / thickness;
+            rubbing.nodes[kind] += 1;
+            rubbing.slip = larger(rubbing.slip, node.slip.abs());
+            let astray = match node.status.slips() {
+                Some(sign) => -sign * slips[j],
+                None => slips[j].abs(),
+            };
+            rubbing.astray = larger(rubbing.astray, astray);
+            rubbing.scale = larger(rubbing.scale, larger(node.force.abs(), node.tangential.abs()));
+            if data.law.friction().is_finite() {
+                let bound = data.law.friction() * larger(node.force, 0.0) + data.law.shear() * row.area;
+                rubbing.beyond = larger(rubbing.beyond, node.tangential.abs() - bound);
+            }
+        }
+        rubbing
+    }
 }
 
 impl Found {
@@ -113,36 +170,49 @@ impl EndFound {
     /// change of each gap; where all nodes touch from the start, there is no other length to measure a gap by.
     pub fn of_multipliers(
         surface: &Surface,
-        pair: usize,
         side: usize,
         data: &Pair,
         force: &[f64],
         [gaps, elastic]: [&[f64]; 2],
-        active: &[bool],
+        states: &[NodeState],
+        thickness: f64,
     ) -> EndFound {
         let mut table = SideTable { multipliers: true, ..empty_table(surface) };
+        table.tangential = data.law.is_frictional().then(|| no_slip(surface));
+        let active: Vec<bool> = states.iter().map(|node| node.status != Touch::Open).collect();
         let mut complementarity = [0.0_f64; 2];
         // The nodes of the other side, if they have rows of their own, have an end of their own.
         let n = data.n_own;
-        let unmatched = data.watched.iter().flatten().filter(|j| active[**j]).count();
+        let along = &force[data.rows.len()..];
+        let slips: Vec<f64> = gaps.iter().skip(data.rows.len()).map(|y| -y).collect();
+        let rubbing = data.law.is_frictional().then(|| Rubbing::new(data, states, &slips, thickness));
+        table.bonded = data.law == Law::Tied;
         let [gaps, elastic, force] = [&gaps[..n], &elastic[..n], &force[..n]];
-        let active = &active[..n];
         for (j, row) in data.own_rows().iter().enumerate() {
             let i = row.node as usize;
             table.normal[i] = row.normal;
             table.gap[i] = gaps[j];
             table.pressure[i] = force[j] / row.area;
-            table.status[i] = if active[j] { 2 } else { 1 };
+            table.status[i] = match states[j].status {
+                Touch::Open => 1,
+                Touch::Stick => IN_CONTACT,
+                Touch::Forwards | Touch::Backwards => SLIPS,
+            };
             add_forces(&mut table, &row.terms[0], force[j]);
+            if let Some(tangential) = &mut table.tangential {
+                tangential.traction[i] = -along[j] / row.area;
+                tangential.slip[i] = states[j].slip;
+                add_forces(&mut table, &turned(&row.terms[0]), along[j]);
+            }
             complementarity[0] = larger(complementarity[0], (table.pressure[i] * gaps[j]).abs());
             let lengths = [gaps[j].abs(), row.gap.abs(), (row.gap - gaps[j]).abs(), elastic[j]];
             complementarity[1] = lengths.into_iter().fold(complementarity[1], larger);
         }
-        let touches: Vec<bool> = table.status.iter().map(|s| *s == 2).collect();
+        let touches: Vec<bool> = (0..table.status.len()).map(|i| table.touches(i)).collect();
         let length = contact_length(surface, &data.cover, &table.pressure, &touches);
         EndFound {
             length,
-            pair,
+            pair: data.number,
             side,
             counts: true,
             multiplier: true,
@@ -150,12 +220,13 @@ impl EndFound {
             normal_force: force.iter().sum(),
             active: active.iter().filter(|a| **a).count(),
             candidates: n,
-            unmatched,
+            unmatched: 0,
             penetration: gaps.iter().map(|g| -g).fold(0.0, larger),
             beyond: 0.0,
             complementarity,
             approach: worst(elastic.iter().copied()),
-            overlap: data.rows.iter().map(|row| -row.gap).fold(0.0, larger),
+            overlap: data.rows.iter().map(|row| -data.gap_of(row)).fold(0.0, larger),
+            rubbing,
         }
     }
 
@@ -169,8 +240,17 @@ impl EndFound {
         data: &Pair,
         force: &[f64],
         gaps: &[f64],
+        states: &[f64],
     ) -> EndFound {
+        // Of each row its node's state and slip.
+        let (states, _) = states.as_chunks::<2>();
+        let slides = |j: usize| states.get(j).is_some_and(|state| Touch::of_code(state[0]).slips().is_some());
         let mut table = empty_table(surface);
+        table.tangential = data.law.is_frictional().then(|| no_slip(surface));
+        let (force, along) = force.split_at(data.rows.len());
+        for (row, along) in std::iter::zip(&data.rows, along) {
+            add_forces(&mut table, &turned(&row.terms[1]), *along);
+        }
         for (j, (row, force)) in std::iter::zip(&data.rows, force).enumerate() {
             if data.watched[1].contains(&j) {
                 continue;
@@ -178,7 +258,7 @@ impl EndFound {
             add_forces(&mut table, &row.terms[1], *force);
             for (node, _) in &row.terms[1] {
                 let status = &mut table.status[*node as usize];
-                *status = (*status).max(if *force > 0.0 { 2 } else { 1 });
+                *status = (*status).max(if *force != 0.0 { IN_CONTACT } else { 1 });
             }
         }
         let row_at: HashMap<u32, usize> =
@@ -195,7 +275,17 @@ impl EndFound {
             table.gap[i] = of(&|j| gaps[j], f64::NAN);
             // A force without pressure is the rest of a facet that touches further on.
             if table.status[i] > 0 {
-                table.status[i] = if table.pressure[i] > 0.0 { 2 } else { 1 };
+                table.status[i] = if table.pressure[i] != 0.0 { IN_CONTACT } else { 1 };
+            }
+            if let Some(tangential) = &mut table.tangential {
+                tangential.traction[i] = of(&|j| -along[j] / data.rows[j].area, 0.0);
+                tangential.slip[i] = of(&|j| states[j][1], 0.0);
+                // Between two nodes that slip.
+                let slips =
+                    rows.iter().filter(|(_, weight)| *weight > 0.0).all(|(row, _)| row.is_some_and(slides));
+                if slips && table.status[i] == IN_CONTACT {
+                    table.status[i] = SLIPS;
+                }
             }
         }
         EndFound {
@@ -214,6 +304,7 @@ impl EndFound {
             complementarity: [0.0; 2],
             approach: 0.0,
             overlap: 0.0,
+            rubbing: None,
         }
     }
 }
@@ -229,9 +320,17 @@ pub(crate) fn empty_table(surface: &Surface) -> SideTable {
         pressure: vec![0.0; n],
         force: vec![[0.0; 3]; n],
         status: vec![0; n],
+        tangential: None,
+        bonded: false,
         multipliers: false,
         closed: surface.closed_length(),
     }
+}
+
+/// No traction and no slip along a surface.
+fn no_slip(surface: &Surface) -> Tangential {
+    let n = surface.nodes.len();
+    Tangential { traction: vec![0.0; n], slip: vec![0.0; n] }
 }
 
 /// Adds the force -f v_i at the nodes of a row.

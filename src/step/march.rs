@@ -1,8 +1,10 @@
 //! Along the load path.
 use super::{
     advance::{Advanced, Engine},
+    found::Found,
     state::State,
     task::{Scene, Target},
+    way::{LEAST_SLIDING, Pace, Way, turnover},
 };
 use crate::{
     body::LoadFactors,
@@ -11,15 +13,15 @@ use crate::{
     record::{HistoryRow, Reason},
 };
 
-/// A step that fails is halved, and its halves again, but no further than to this share of it: four halvings show whether
-/// smaller steps help, and cost no more than a few steps.
-const LEAST: f64 = 1.0 / 16.0;
-
-/// A step that was solved, to be measured, accepted and kept.
+/// An increment that was solved, to be measured, accepted and kept.
 pub(crate) struct Accepted<'m> {
-    /// Of the step of the case that it belongs to; `None` for a part of one, unless it is the last part.
+    /// Of the step that it belongs to, if it ends it.
     pub name: Option<&'m str>,
     pub factors: LoadFactors,
+    /// Number of the increment in its step: 1, 2, ...
+    pub increment: u64,
+    /// True at the end of a step.
+    pub ends_step: bool,
     /// True at the end of the path.
     pub is_last: bool,
     pub advanced: Advanced,
@@ -29,15 +31,15 @@ pub(crate) struct Accepted<'m> {
 pub(crate) enum End {
     /// At the end of the path.
     Arrived,
-    /// The last accepted step was no solution further on.
+    /// The last accepted increment was no solution further on.
     Stopped(Reason),
     /// A motion that nothing stops.
     Refused(Error),
 }
 
-/// Goes through the steps of a path. `accept` measures a step that was solved, keeps it if it is a solution, and says how
-/// it ended. Where a step fails, smaller ones are tried if the way matters: if there is a table of steps, or if the
-/// geometry is updated; otherwise the end alone decides. Collective.
+/// Goes through the steps of a path. `accept` measures an increment that was solved, keeps it if it is a solution, and
+/// says how it ended. Where one fails, smaller ones are tried if the way matters: if there is a table of steps, or if the
+/// geometry is updated or surfaces rub; otherwise the end alone decides. Collective.
 pub(crate) fn march<'p>(
     engine: &mut Engine,
     scene: &Scene,
@@ -45,36 +47,46 @@ pub(crate) fn march<'p>(
     mut progress: impl FnMut(&HistoryRow),
     mut accept: impl FnMut(&Engine, Accepted<'p>) -> Result<(Reason, State)>,
 ) -> Result<End> {
-    let updated = scene.case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
-    let least = if updated || !scene.case.steps.is_empty() { LEAST } else { 1.0 };
+    let (case, world) = (scene.case, &scene.plan.groups.world);
+    let updated = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
+    let divisible = updated || case.has_friction() || !case.steps.is_empty();
     let mut state = State::start();
-    let mut number = 1;
     for (i, step) in path.iter().enumerate() {
         let is_final = i + 1 == path.len();
-        let target =
-            LoadFactors { loads: step.loads, supports: step.supports, temperature: step.temperature };
-        let from = state.factors;
-        let (mut done, mut size) = (0.0, 1.0);
-        while done < 1.0 {
-            let reached = done + size;
-            let is_last = reached >= 1.0;
-            let factors = if is_last { target } else { from.toward(&target, reached) };
-            let name = step.name.as_deref().filter(|_| is_last);
-            let tried = engine.advance(
-                scene,
-                &state,
-                Target { number, factors, is_end: is_last && (is_final || scene.case.output.every_estimate) },
-                &mut progress,
-            );
-            let failure = match tried {
-                Ok(advanced) => {
-                    match accept(engine, Accepted { name, factors, is_last: is_last && is_final, advanced })?
+        let way = Way::new(&state.factors, step, &case.paths);
+        let mut pace = Pace::new(step.increments, &way, divisible);
+        let mut increment = 1;
+        // What was found in larger increments that were taken back.
+        let mut before: Option<Found> = None;
+        while let Some(reached) = pace.next() {
+            let factors = way.at(reached);
+            let ends_step = reached >= 1.0;
+            let is_last = ends_step && is_final;
+            let target = Target {
+                number: i as u64 + 1,
+                increment,
+                factors: &factors,
+                is_end: ends_step && (is_final || case.output.every_estimate),
+            };
+            let in_increment = |row: &HistoryRow| progress(&HistoryRow { increment, ..row.clone() });
+            let failure = match engine.advance(scene, &state, target, in_increment) {
+                Ok(mut advanced) => {
+                    if let Some(before) = before.take() {
+                        advanced.found.prepend(before);
+                    }
+                    let changed = turnover(&state.pairs, &advanced.state.pairs, world);
+                    if advanced.found.reason.converged() && pace.is_too_large(changed) && pace.halve(reached)
                     {
+                        before = Some(advanced.found);
+                        continue;
+                    }
+                    let name = step.name.as_deref().filter(|_| ends_step);
+                    let accepted = Accepted { name, factors, increment, ends_step, is_last, advanced };
+                    match accept(engine, accepted)? {
                         (reason, accepted) if reason.converged() => {
-                            (state, done) = (accepted, reached);
-                            number += 1;
-                            // What went well may go on in larger steps.
-                            size = (2.0 * size).min(1.0 - done);
+                            state = accepted;
+                            pace.accept(reached, changed);
+                            increment += 1;
                             continue;
                         }
                         (reason, _) => End::Stopped(reason),
@@ -82,12 +94,17 @@ pub(crate) fn march<'p>(
                 }
                 Err(error @ Error::Unrestrained(_)) => End::Refused(error),
                 Err(Error::NotConverged(text)) => {
-                    return Err(Error::NotConverged(format!("load step {number}: {text}")));
+                    return Err(Error::NotConverged(format!("load step {}: {text}", i + 1)));
                 }
                 Err(error) => return Err(error),
             };
-            size *= 0.5;
-            if size < least {
+            // Where a body leaves that only friction holds is looked for to the end.
+            let slides = case.has_friction() && matches!(failure, End::Refused(_));
+            let halved = match slides {
+                true => pace.halve_down_to(LEAST_SLIDING, reached),
+                false => pace.halve(reached),
+            };
+            if !halved {
                 return Ok(failure);
             }
         }

@@ -1,5 +1,5 @@
 //! One load step after the other: a [`State`] is one accepted point of the load path, `Engine::advance` makes the next
-//! one of it and never changes it, and `march` goes along the path, in smaller steps where a step fails.
+//! one of it and never changes it, and `march` goes along the path, in increments that are halved where one fails.
 mod advance;
 mod contacts;
 mod found;
@@ -11,11 +11,12 @@ mod rows;
 mod state;
 mod task;
 mod text;
+mod way;
 
 pub(crate) use advance::{Advanced, Engine, Nodal};
 pub(crate) use contacts::Contacts;
 pub(crate) use found::{EndFound, Found};
 pub(crate) use march::{Accepted, End, march};
-pub use state::{BodyState, NodeState, PairState, State, Status};
+pub use state::{BodyState, NodeState, PairState, State};
 pub(crate) use task::{Influence, Scene, Target};
 pub(crate) use text::gather_lines;

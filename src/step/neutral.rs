@@ -36,7 +36,9 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
     for (place, (body, &index)) in std::iter::zip(bodies, plan.groups.bodies()).enumerate() {
         let modes = body.free.modes.len();
         let ends = || std::iter::zip(&plan.surfaces, &plan.ends).filter(move |(_, end)| end.body == index);
-        if modes == 0 || ends().next().is_none() {
+        // Friction resists a motion along surfaces.
+        let rubs = ends().any(|(_, end)| case.contacts[end.pair].law.is_frictional());
+        if modes == 0 || rubs || ends().next().is_none() {
             continue;
         }
         let facets = ends().map(|(surface, _)| Facets::of(surface)).fold(Facets::default(), Facets::worse);

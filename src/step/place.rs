@@ -1,17 +1,19 @@
 //! Where the surfaces are, and the damped way from one geometry to the next.
 use crate::vector::larger;
 use crate::{
+    body::LoadFactors,
+    case::{BodyRef, Case},
     contact::vector::{combine, dot, sub},
     parallel,
     scene::Plan,
 };
 
-/// Where the surfaces are: displacements of the interface nodes by body, on the first ranks, and the factor on the motion
-/// of rigid bodies.
+/// Where the surfaces are: displacements of the interface nodes by body, on the first ranks, and the factors on the motions
+/// of the rigid bodies.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Place {
     pub displacement: Vec<Vec<[f64; 3]>>,
-    pub supports: f64,
+    pub rigid: Vec<f64>,
 }
 
 /// Damping of the geometry's updates: none as long as each update moves the surfaces by less than half of the one before;
@@ -50,20 +52,41 @@ impl Damping {
         if self.factor >= 1.0 {
             next = now.clone();
         }
-        next.supports = now.supports;
+        next.rigid.clone_from(&now.rigid);
         self.last = Some((motion, size));
         next
     }
 }
 
+/// Factors on the motions of the rigid bodies.
+pub(super) fn rigid_factors(case: &Case, factors: &LoadFactors) -> Vec<f64> {
+    case.rigid.iter().map(|rigid| factors.on_supports(rigid.path)).collect()
+}
+
+/// Factor on the motion of the rigid body on a side of a pair; of a deformable one there is none.
+pub(super) fn rigid_factor(case: &Case, factors: &LoadFactors, pair: usize, side: usize) -> f64 {
+    match case.contacts[pair].surfaces[side].body {
+        BodyRef::Rigid(i) => factors.on_supports(case.rigid[i].path),
+        BodyRef::Deformable(_) => 0.0,
+    }
+}
+
 impl Place {
+    /// Factor on the motion of the rigid body on a side of a pair; of a deformable one there is none.
+    pub fn rigid_factor(&self, case: &Case, pair: usize, side: usize) -> f64 {
+        match case.contacts[pair].surfaces[side].body {
+            BodyRef::Rigid(i) => self.rigid[i],
+            BodyRef::Deformable(_) => 0.0,
+        }
+    }
+
     /// a x + b y of the displacements.
     fn combined(&self, a: f64, other: &Place, b: f64) -> Place {
         let sum = |(x, y): (&Vec<[f64; 3]>, &Vec<[f64; 3]>)| {
             std::iter::zip(x, y).map(|(x, y)| combine([(a, x), (b, y)])).collect()
         };
         let displacement = std::iter::zip(&self.displacement, &other.displacement).map(sum).collect();
-        Place { displacement, supports: self.supports }
+        Place { displacement, rigid: self.rigid.clone() }
     }
 
     /// x . y over this rank's nodes.

@@ -5,7 +5,10 @@ use crate::vector::worst;
 use crate::{
     body::{BodyRow, Constraints},
     case::{BodyRef, Case, ContactCase, Driver, Gap, RigidShape, Transfer},
-    contact::{Conjugate, Pairing, Row, Search, Surface, mortar, pointwise, vector::dot},
+    contact::{
+        Conjugate, Law, Pairing, Row, Search, Surface, mortar, pointwise,
+        vector::{dot, sub},
+    },
     error::Result,
     material::LinearElastic,
     parallel::Exchange,
@@ -28,7 +31,8 @@ pub(crate) struct Pair {
     pub n_own: usize,
     /// Rows whose forces do not act on the multiplier side and on the mortar side.
     pub watched: [Vec<usize>; 2],
-    /// Per row: whether supports hold the multiplier side and the mortar side, or these are rigid.
+    /// Per row, tangential ones after the normal ones: whether supports hold the multiplier side and the mortar side, or
+    /// these are rigid.
     pub held: Vec<[bool; 2]>,
     /// Mesh node of each row.
     pub nodes: Vec<u32>,
@@ -48,9 +52,14 @@ pub(crate) struct Pair {
     pub mortar_nodes: usize,
     /// Of each node of the mortar surface: the multiplier nodes on either side of the point opposite, with their weights.
     pub opposite: Vec<Option<[(u32, f64); 2]>>,
-    /// Outward displacement of a rigid mortar side at each row at factor 1, m.
+    /// Outward displacement of a rigid mortar side at each row at factor 1, m; then its tangential one, of a pair with a law.
     pub rigid_motion: Vec<f64>,
+    /// What the surfaces do tangentially.
+    pub law: Law,
 }
+
+/// Whether supports hold a node of a surface along its normal, and along the surface.
+pub(super) type Held = [bool; 2];
 
 /// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
 /// Not collective.
@@ -58,7 +67,7 @@ pub(crate) fn pair_rows(
     case: &Case,
     plan: &Plan,
     surfaces: &[[Surface; 2]],
-    held: &[[Vec<bool>; 2]],
+    held: &[[Vec<Held>; 2]],
 ) -> Vec<Option<Pair>> {
     let mut pairs: Vec<Option<Pair>> = case.contacts.iter().map(|_| None).collect();
     for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
@@ -90,7 +99,7 @@ fn one_pair(
     plan: &Plan,
     pair: usize,
     sides: [&Surface; 2],
-    held: [&Vec<bool>; 2],
+    held: [&Vec<Held>; 2],
     taken: &[(BodyRef, HashSet<u32>)],
 ) -> Pair {
     let contact = &case.contacts[pair];
@@ -143,10 +152,10 @@ fn one_pair(
     // contact's: where surfaces slip past a clamp by little, what neighbours have of the row there could close a gap only by
     // huge forces.
     let held = [held[multiplier], held[1 - multiplier]];
-    let is_held = |row: &Row| {
-        [0, 1].map(|s| {
-            row.terms[s].iter().all(|&(node, _)| held[s].get(node as usize).copied().unwrap_or(true))
-        })
+    let node_is_held =
+        |side: usize, node: u32, along: usize| held[side].get(node as usize).is_none_or(|held| held[along]);
+    let is_held = |row: &Row, along: usize| {
+        [0, 1].map(|s| row.terms[s].iter().all(|&(node, _)| node_is_held(s, node, along)))
     };
     let yields = |(row, acts): &(Row, Acts)| {
         let (mut free, mut all) = (0.0, 0.0);
@@ -154,7 +163,7 @@ fn one_pair(
             for (node, v) in terms {
                 let size = dot(v, v).sqrt();
                 all += size;
-                free += if held[s].get(*node as usize).copied().unwrap_or(true) { 0.0 } else { size };
+                free += if node_is_held(s, *node, NORMAL) { 0.0 } else { size };
             }
         }
         free > HELD_PRESCRIBED * all
@@ -165,7 +174,10 @@ fn one_pair(
         .map(|(row, acts)| (closed(row, &contact.gap, [own, other]), acts))
         .partition(|(row, _)| row.gap <= reach);
     let watched = [0, 1].map(|side| (0..near.len()).filter(|&j| !near[j].1[side]).collect::<Vec<usize>>());
-    let rows: Vec<Row> = near.into_iter().map(|(row, _)| row).collect();
+    let mut rows: Vec<Row> = near.into_iter().map(|(row, _)| row).collect();
+    if contact.law.is_frictional() {
+        between_normals(&mut rows, own, other);
+    }
     let n_own = rows.len() - watched[0].len();
     let doubts = [own, other].map(Surface::sagitta_in_doubt);
     let of_nodes = |side: usize, row: &Row| {
@@ -176,14 +188,20 @@ fn one_pair(
     nodes.sort_unstable();
     nodes.dedup();
     let rigid = rigid_motion(case, pair, 1 - multiplier);
-    let rigid_motion = rows
-        .iter()
-        .map(|row| rigid.map_or(0.0, |u| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()))
-        .collect();
+    let u = rigid.unwrap_or_default();
+    let mut rigid_motion: Vec<f64> =
+        rows.iter().map(|row| row.terms[1].iter().map(|(_, v)| dot(v, &u)).sum()).collect();
+    if contact.law.is_frictional() {
+        let slides = |row: &Row| turned(&row.terms[1]).iter().map(|(_, v)| dot(v, &u)).sum::<f64>();
+        rigid_motion.extend(rows.iter().map(slides));
+    }
     Pair {
+        law: contact.law,
         multiplier,
         nodes: rows[..n_own].iter().map(|row| own.nodes[row.node as usize]).collect(),
-        held: rows.iter().map(is_held).collect(),
+        held: (NORMAL..=if contact.law.is_frictional() { ALONG } else { NORMAL })
+            .flat_map(|along| rows.iter().map(move |row| is_held(row, along)))
+            .collect(),
         rows,
         n_own,
         watched,
@@ -206,6 +224,10 @@ fn one_pair(
 type Acts = [bool; 2];
 
 const BOTH: Acts = [true, true];
+
+/// The places in [`Held`].
+const NORMAL: usize = 0;
+const ALONG: usize = 1;
 
 /// Rows of the nodes of the multiplier side, which act on both sides. With `both_sides` only where two nodes are each other's
 /// conjugate points; all other nodes of either side have rows that act on their own side alone.
@@ -236,6 +258,26 @@ fn nodal_rows(
 }
 
 impl Pair {
+    /// Values on the normal rows, followed by what they make on the tangential ones, if there are any.
+    pub fn on_all_rows(
+        &self,
+        normal: impl Iterator<Item = f64>,
+        tangential: impl Fn(f64) -> f64,
+    ) -> Vec<f64> {
+        let mut values: Vec<f64> = normal.collect();
+        if self.law.is_frictional() {
+            values.extend_from_within(..);
+            let n = values.len() / 2;
+            values[n..].iter_mut().for_each(|value| *value = tangential(*value));
+        }
+        values
+    }
+
+    /// The gap that a row has to close, m: bonded nodes keep theirs.
+    pub fn gap_of(&self, row: &Row) -> f64 {
+        if self.law == Law::Tied { 0.0 } else { row.gap }
+    }
+
     /// Rows of nodes of the multiplier side.
     pub fn own_rows(&self) -> &[Row] {
         &self.rows[..self.n_own]
@@ -259,6 +301,28 @@ impl Pair {
         };
         self.watched[side].iter().map(of_row).collect()
     }
+}
+
+/// Gives rows the mean of both surfaces' normals: where these are curved, what the pressure has along the mean of them would be
+/// taken for friction, and what closes the gap for slip.
+fn between_normals(rows: &mut [Row], own: &Surface, other: &Surface) {
+    let search = Search::new(other);
+    for row in rows {
+        let Some(found) = search.closest(&own.points[row.node as usize], &row.normal) else { continue };
+        let mean = sub(&row.normal, &found.normal);
+        let size = dot(&mean, &mean).sqrt();
+        let (before, normal) = (row.normal, mean.map(|n| n / size));
+        for (_, v) in row.terms.iter_mut().flatten() {
+            let weight = dot(v, &before);
+            *v = normal.map(|n| weight * n);
+        }
+        row.normal = normal;
+    }
+}
+
+/// The vectors of a normal row turned by 90 degrees against the clock: those of its tangential row, which add up to zero as well.
+pub(super) fn turned<K: Copy>(terms: &[(K, [f64; 3])]) -> Vec<(K, [f64; 3])> {
+    terms.iter().map(|&(node, [x, y, z])| (node, [-y, x, z])).collect()
 }
 
 /// Of each node of `mortar`: the nodes of `multiplier` on either side of the closest point, and their weights; `None` where
@@ -372,15 +436,21 @@ impl Shares {
                     });
                     (at, v)
                 });
-                shares.body_rows[place].push(BodyRow { terms: terms.collect() });
+                shares.body_rows[place].push(BodyRow { terms: terms.collect(), tangential: false });
+            }
+            if data.law.is_frictional() {
+                let along = |row: &BodyRow| BodyRow { terms: turned(&row.terms), tangential: true };
+                let tangential: Vec<BodyRow> = shares.body_rows[place][first..].iter().map(along).collect();
+                shares.body_rows[place].extend(tangential);
             }
             let rows = first..shares.body_rows[place].len();
             let watched = data.watched[column].clone();
             shares.ends.push(End { pair, multiplier: is_multiplier, body: place, rows, watched });
             shares.rows.push(match is_multiplier {
                 true => PairRows {
-                    gap: data.rows.iter().map(|row| row.gap).collect(),
-                    area: data.rows.iter().map(|row| row.area).collect(),
+                    gap: data.on_all_rows(data.rows.iter().map(|row| data.gap_of(row)), |_| 0.0),
+                    law: data.law,
+                    area: data.on_all_rows(data.rows.iter().map(|row| row.area), |area| area),
                     stiffness: thickness / (1.0 / data.moduli[0] + 1.0 / data.moduli[1]),
                     compliance_ratio: data.moduli[1] / data.moduli[0],
                     mortar_is_coarse: data.mortar_nodes < data.rows.len(),
@@ -417,25 +487,26 @@ pub(crate) fn both_surfaces(
         .collect()
 }
 
-/// Per end: which nodes of both surfaces a support holds along the normal. Collective on the roots.
-pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<bool>; 2]>> {
+/// Per end: which nodes of both surfaces a support holds. Collective on the roots.
+pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Result<Vec<[Vec<Held>; 2]>> {
     let mut own = Vec::new();
     for (surface, &ContactSide { body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
         let mesh = &plan.meshes[plan.place(body)];
         let constraints = Constraints::new(&case.bodies[body], mesh)?;
-        let is_held = |(node, normal): (&u32, &[f64; 3])| {
-            constraints.0.get(node).is_some_and(|support| {
-                let free = support.free_part(normal, mesh.dim);
+        let is_held = |(node, normal): (&u32, &[f64; 3])| -> Held {
+            let Some(support) = constraints.0.get(node) else { return [false; 2] };
+            let [x, y, z] = *normal;
+            [[x, y, z], [-y, x, z]].map(|direction| {
+                let free = support.free_part(&direction, mesh.dim);
                 dot(&free, &free).sqrt() < HELD_DIRECTION
             })
         };
-        own.push(std::iter::zip(&surface.nodes, &surface.normals).map(is_held).collect::<Vec<bool>>());
+        own.push(std::iter::zip(&surface.nodes, &surface.normals).map(is_held).collect::<Vec<Held>>());
     }
-    let out: Vec<Vec<f64>> =
-        own.iter().map(|held| held.iter().map(|h| f64::from(u8::from(*h))).collect()).collect();
+    let told = |held: &Held| held.map(|h| f64::from(u8::from(h)));
+    let out: Vec<Vec<f64>> = own.iter().map(|held| held.iter().flat_map(told).collect()).collect();
     let received = exchange.swap(&out);
     // Of a rigid surface nothing is received: all its nodes are held.
-    Ok(std::iter::zip(own, received)
-        .map(|(own, other)| [own, other.iter().map(|h| *h > 0.5).collect()])
-        .collect())
+    let heard = |other: &[f64]| other.as_chunks::<2>().0.iter().map(|h| h.map(|h| h > 0.5)).collect();
+    Ok(std::iter::zip(own, received).map(|(own, other)| [own, heard(&other)]).collect())
 }

@@ -1,5 +1,5 @@
 //! History as one value.
-use crate::body::LoadFactors;
+use crate::{body::LoadFactors, schwarz::Touch};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
@@ -45,17 +45,14 @@ pub struct NodeState {
     pub node: u32,
     /// Compressive force, N.
     pub force: f64,
-    /// Whether it touches.
-    pub status: Status,
-}
-
-/// What a contact node does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Status {
-    /// It does not touch.
-    Open,
-    /// It touches.
-    Closed,
+    /// Tangential force, N: on the side of the multipliers against its outward normal turned forwards.
+    pub tangential: f64,
+    /// How far it has slipped in all, m: this side against the other along the normal turned forwards.
+    pub slip: f64,
+    /// Work of friction in all, J.
+    pub dissipated: f64,
+    /// What it does.
+    pub status: Touch,
 }
 
 impl State {
@@ -70,12 +67,29 @@ impl State {
         self.pairs.extend(other.pairs);
     }
 
-    /// Forces by pair, side and mesh node.
-    pub(super) fn forces(pairs: &[PairState]) -> HashMap<(usize, usize, u32), f64> {
+    /// Nodes by pair, side and mesh node.
+    pub(super) fn nodes(pairs: &[PairState]) -> HashMap<(usize, usize, u32), NodeState> {
         let of = |pair: &PairState| {
             let key = (pair.pair, pair.side);
-            pair.nodes.iter().map(move |n| ((key.0, key.1, n.node), n.force)).collect::<Vec<_>>()
+            pair.nodes.iter().map(move |n| ((key.0, key.1, n.node), *n)).collect::<Vec<_>>()
         };
         pairs.iter().flat_map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A restart goes on where the paths are; a state of a case without paths needs to say nothing of them.
+    #[test]
+    fn a_state_carries_the_factors_of_all_paths() {
+        let factors = LoadFactors { loads: 0.5, at: 1.5, paths: vec![0.25, -1.0], ..LoadFactors::NONE };
+        let state = State { factors, ..State::start() };
+        let text = serde_json::to_string(&state).unwrap();
+        assert_eq!(serde_json::from_str::<State>(&text).unwrap(), state);
+        let plain = text.replace(",\"at\":1.5,\"paths\":[0.25,-1.0]", "");
+        let read: State = serde_json::from_str(&plain).unwrap();
+        assert!(plain != text && read.factors == LoadFactors { loads: 0.5, ..LoadFactors::NONE });
     }
 }

@@ -1,5 +1,5 @@
 //! What a step is told.
-use super::state::PairState;
+use super::{place::Place, state::PairState};
 use crate::{body::LoadFactors, case::Case, parallel::Exchange, scene::Plan};
 
 /// The case, and where it is solved.
@@ -10,30 +10,34 @@ pub(crate) struct Scene<'s, 'e> {
     pub exchange: &'s Exchange<'e>,
 }
 
-/// A load step: its number, 1, 2, ..., and the factors at its end.
+/// An increment of a load step: their numbers, 1, 2, ..., and the factors at its end.
 #[derive(Clone, Copy)]
-pub(crate) struct Target {
+pub(crate) struct Target<'f> {
+    /// Of the load step.
     pub number: u64,
-    pub factors: LoadFactors,
+    /// In the load step.
+    pub increment: u64,
+    pub factors: &'f LoadFactors,
     /// At the end of the path: what the mesh makes wrong of the peak pressures is looked into.
     pub is_end: bool,
 }
 
-impl Target {
-    /// All that acts, in one step, without a look at what the mesh makes wrong.
-    pub const FULL: Target = Target {
-        number: 1,
-        factors: LoadFactors { loads: 1.0, supports: 1.0, temperature: 1.0 },
-        is_end: false,
-    };
+impl Target<'static> {
+    /// All that acts without a path, in one step, without a look at what the mesh makes wrong.
+    pub const FULL: Target<'static> =
+        Target { number: 1, increment: 1, factors: &LoadFactors::FULL, is_end: false };
 }
 
 /// A solve on the contact rows as they are.
 pub(crate) struct Task<'t, 'e> {
     pub scene: Scene<'t, 'e>,
-    pub target: Target,
+    pub target: Target<'t>,
     /// Forces to begin with; none: unknown.
     pub warm: &'t [PairState],
+    /// The last accepted state: where the surfaces were, and its contact nodes.
+    pub from: &'t Place,
+    #[allow(missing_docs)]
+    pub before: &'t [PairState],
     pub modes: &'t Modes,
     /// Name of a mode of one of this rank's bodies.
     pub names: &'t dyn Fn(usize, usize) -> String,

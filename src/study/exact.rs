@@ -2,6 +2,7 @@
 use super::quantity::parts;
 use crate::{
     Result,
+    body::LoadFactors,
     case::{
         Analysis, BodyCase, BodyRef, Case, ClosedForm, ExactCase, Gap, HertzLoad, MaterialCase, Property,
         Scalar, Temperature,
@@ -160,7 +161,7 @@ fn heated_blocks(
         Some(Gap::Value(gap)) => *gap,
         _ => return Err(exact.origin.error("heated_blocks: the pair needs its 'gap' as a number")),
     };
-    let factor = case.steps.last().map_or(1.0, |step| step.temperature);
+    let factors = case.steps.last().map_or(LoadFactors::FULL, LoadFactors::from);
     let (mut expansion, mut compliance) = (0.0, 0.0);
     for (side, height) in std::iter::zip(sides, heights) {
         let Some(i) = side.deformable() else {
@@ -169,6 +170,7 @@ fn heated_blocks(
         let body = &case.bodies[i];
         let plane = plane(case, exact, body)?;
         compliance += height / plane.young;
+        let factor = factors.on_temperature(body.temperature_path);
         expansion += height * plane.expansion * factor * heating(exact, body)?;
     }
     let pressure = (expansion - gap) / compliance;

@@ -6,6 +6,7 @@ mod scenes;
 
 mod beams;
 mod curved;
+mod friction;
 mod heat;
 mod hertz;
 mod rectangles;

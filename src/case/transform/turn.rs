@@ -64,7 +64,7 @@ impl Turn {
         }
     }
 
-    fn load(&self, Load { kind, origin }: &mut Load) -> Result<()> {
+    fn load(&self, Load { kind, origin, .. }: &mut Load) -> Result<()> {
         match kind {
             LoadKind::Pressure(region, pressure) => {
                 self.field(pressure);

@@ -63,7 +63,9 @@ pub(super) fn draw(results: &Results, style: &OutputCase) -> Result<Option<Vec<u
 /// Around the nodes in contact, if they are a small part of what is drawn.
 fn contact_window(results: &Results, scene: &Scene, window: &Window) -> Option<Window> {
     let tables = results.pairs.iter().flat_map(|pair| pair.sides.iter().flatten());
-    let active = tables.flat_map(|side| side.x.iter().zip(&side.status).filter(|(_, status)| **status == 2));
+    let active = tables.flat_map(|side| {
+        side.x.iter().zip(&side.status).filter(|(_, status)| **status >= crate::record::IN_CONTACT)
+    });
     let around =
         active.map(|(x, _)| [x[0], x[1]]).filter(|x| window.sees(std::iter::once(*x))).collect::<Vec<_>>();
     if around.len() < 3 {

@@ -2,7 +2,7 @@
 use super::CURVES;
 use super::colour::ramp;
 use crate::output::Results;
-use crate::record::{PairTables, SideTable};
+use crate::record::{IN_CONTACT, PairTables, SideTable};
 use crate::vector::larger;
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
@@ -53,7 +53,8 @@ impl<'a> Curve<'a> {
     fn place(&mut self, s: Vec<f64>, period: Option<f64>) {
         self.period = period;
         let SideTable { pressure, status, closed, .. } = self.table;
-        let point = |(i, s): (usize, f64)| Point { s, pressure: pressure[i], touches: status[i] == 2 };
+        let point =
+            |(i, s): (usize, f64)| Point { s, pressure: pressure[i], touches: status[i] >= IN_CONTACT };
         let back = s.first().copied().filter(|_| closed.is_some()).map(|first| {
             // Along itself the first node is at the end, too; along another surface it stays where it is.
             let own = s == self.table.s;
@@ -241,7 +242,7 @@ mod tests {
             force: zeros,
             status: status.to_vec(),
             multipliers: true,
-            closed: None,
+            ..SideTable::default()
         }
     }
 
@@ -255,7 +256,12 @@ mod tests {
     #[test]
     fn a_side_without_contact_nodes_is_not_drawn() {
         let side = |status| Some(table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], status));
-        let pair = |sides| PairTables { name: "p".into(), surfaces: ["a".into(), "b".into()], sides };
+        let pair = |sides| PairTables {
+            name: "p".into(),
+            surfaces: ["a".into(), "b".into()],
+            tangential: false,
+            sides,
+        };
         assert_eq!(carriers(&[&pair([side([0; 3]), side([0, 1, 2])])]), [1]);
         assert_eq!(carriers(&[&pair([side([0; 3]), None])]), [0]);
         assert_eq!(carriers(&[&pair([side([1; 3]), side([2; 3])])]), [0, 1]);

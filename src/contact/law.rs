@@ -1,0 +1,55 @@
+//! What a pair of surfaces does tangentially.
+
+/// The law of a pair.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Law {
+    /// No tangential force.
+    #[default]
+    Frictionless,
+    /// Amontons and Coulomb: |q| <= mu p; where it slips q = mu p against the slip.
+    Coulomb {
+        /// mu, positive.
+        friction: f64,
+    },
+    /// Tresca: |q| <= k wherever the surfaces touch.
+    Tresca {
+        /// k, Pa.
+        shear: f64,
+    },
+    /// Never slips while it touches.
+    Rough,
+    /// Bonded: neither slips nor opens; what gap there is between the nodes of the meshes is kept.
+    Tied,
+}
+
+impl Law {
+    /// True if it has tangential forces.
+    pub fn is_frictional(self) -> bool {
+        self != Law::Frictionless
+    }
+
+    /// mu; infinite where nothing slips.
+    pub fn friction(self) -> f64 {
+        match self {
+            Law::Frictionless | Law::Tresca { .. } => 0.0,
+            Law::Coulomb { friction } => friction,
+            Law::Rough | Law::Tied => f64::INFINITY,
+        }
+    }
+
+    /// Bound of the tangential traction at no pressure, Pa.
+    pub fn shear(self) -> f64 {
+        if let Law::Tresca { shear } = self { shear } else { 0.0 }
+    }
+
+    /// In a line of the log.
+    pub fn describe(self) -> String {
+        match self {
+            Law::Frictionless => "frictionless".into(),
+            Law::Coulomb { friction } => format!("friction {friction}"),
+            Law::Tresca { shear } => format!("shear up to {shear:e}"),
+            Law::Rough => "rough".into(),
+            Law::Tied => "tied".into(),
+        }
+    }
+}

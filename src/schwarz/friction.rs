@@ -1,0 +1,334 @@
+//! The default driver where surfaces have tangential forces: the whole contact problem, active set and friction together, is
+//! settled on the dense compliance of the condensed bodies, and one alternation tests what was found.
+use super::{
+    ActiveSet, Ended, Reason, Respond, Touch,
+    coarse::Resists,
+    dual::{Layout, gathered},
+    frictional::{Answer, Forces, Frictional, Given, Node},
+};
+use crate::{
+    error::{Error, Result},
+    petsc::Symmetric,
+    record::HistoryRow,
+    tolerances::{HELD_COMPLIANCE, SUM},
+    vector::{larger, largest},
+};
+use std::ops::Range;
+
+/// Alternations that take out what the dense problem's round-off leaves.
+const CORRECTIONS: usize = 6;
+
+/// A residual that does not fall below this share of the one before is round-off.
+const FALLS: f64 = 0.5;
+
+/// A residual that round-off does not let fall below this is no solution, whatever the tolerance.
+const WORTHLESS: f64 = 1e-6;
+
+/// The dense problem of all pairs, and where this rank's rows are in it.
+struct Dense {
+    /// Where each pair's rows begin.
+    first: Vec<usize>,
+    /// Nodes of each pair.
+    nodes: Vec<Range<usize>>,
+    problem: Frictional,
+    /// x = R s, A = F / (s s'), the same s for the rows of a node.
+    scale: Vec<f64>,
+}
+
+impl<B: Respond> ActiveSet<'_, '_, B> {
+    /// Runs to the end; `known`: what the nodes did at the last accepted state, end by end. Collective on the roots.
+    pub fn run_with_friction(
+        &mut self,
+        known: Option<&[Vec<Touch>]>,
+        mut progress: impl FnMut(&HistoryRow),
+    ) -> Result<Ended> {
+        self.coupling.check_free(&self.g_free)?;
+        let start = match self.start() {
+            Ok(start) => start,
+            Err(motion) => return Ok(Ended::Driven(motion)),
+        };
+        let dense = self.dense()?;
+        // All nodes that the bodies would press together stick at first, as in the paper.
+        let pressed: Vec<bool> = start.iter().map(|f| *f > 0.0).collect();
+        let all_stick = self.on_nodes(&dense, |i, j| {
+            let touches = pressed[self.coupling.ranges[i].start + j];
+            if touches { Touch::Stick } else { Touch::Open }
+        });
+        let mut starts = vec![all_stick];
+        if let Some(known) = known {
+            starts.insert(0, self.on_nodes(&dense, |i, j| known[i].get(j).copied().unwrap_or(Touch::Open)));
+        }
+        let mut gap = self.g_free.clone();
+        let mut before = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            let Some(answer) = self.settle(&dense, &gap, &starts)? else {
+                return Ok(Ended::Outcome(self.outcome(Reason::NoState)));
+            };
+            self.updates += answer.updates;
+            self.take(&dense, &answer);
+            if !answer.holds {
+                return Ok(Ended::Driven(self.drift()));
+            }
+            starts = vec![answer.states.clone()];
+            // What the bodies really answer; what the dense problem takes it for.
+            let [own, other] = self.coupling.force_step(&self.force)?;
+            self.gap = (0..self.coupling.n).map(|j| self.g_free[j] + own[j] + other[j]).collect();
+            let residual: Vec<f64> =
+                (0..self.coupling.n).map(|j| if self.active[j] { self.gap_at(j) } else { 0.0 }).collect();
+            let scales = self.scales();
+            let [rows, joint] = self.size(&residual, &scales);
+            self.residual = if scales.all > 0.0 { larger(rows, joint) / scales.all } else { rows };
+            self.flipped.clear();
+            self.record(0, &mut progress);
+            if !self.residual.is_finite() {
+                return Ok(Ended::Outcome(self.outcome(Reason::NotFinite)));
+            }
+            let any = self.any_touch();
+            if self.residual <= self.limits.tolerance || !any {
+                let reason = if any { Reason::Converged } else { Reason::Open };
+                return Ok(Ended::Outcome(self.outcome(reason)));
+            }
+            if self.residual > FALLS * before {
+                self.round_off = Some(self.residual);
+                let good = self.residual <= larger(self.limits.tolerance, WORTHLESS);
+                let reason = if good { Reason::Converged } else { Reason::Stalled };
+                return Ok(Ended::Outcome(self.outcome(reason)));
+            }
+            before = self.residual;
+            // The dense problem closes what is left.
+            std::iter::zip(&mut gap, &residual).for_each(|(gap, r)| *gap += r);
+        }
+        Ok(Ended::Outcome(self.outcome(Reason::Stalled)))
+    }
+
+    /// Which rows the bodies press together at first: as without friction; where a load drives a motion then, as if the
+    /// surfaces stuck. `Err`: the motion that goes on even so. Collective on the roots.
+    fn start(&mut self) -> std::result::Result<Vec<f64>, Vec<f64>> {
+        let exchange = self.coupling.exchange;
+        let found = self.coarse.start(exchange, &self.g_free, &self.resists(Resists::Never));
+        let (start, alpha) = match found {
+            Ok(found) => found,
+            Err(motion) => {
+                let glued = self.coarse.start(exchange, &self.g_free, &self.resists(Resists::Always))?;
+                let pressed = self.normals().into_iter().map(|j| larger(glued.0[j], 0.0)).fold(0.0, larger);
+                if exchange.max(&[pressed])[0] == 0.0 {
+                    return Err(motion);
+                }
+                glued
+            }
+        };
+        self.alpha = alpha;
+        Ok(start)
+    }
+
+    /// When each row resists in the first guess; `tangential` of those of surfaces that may slip.
+    pub(super) fn resists(&self, tangential: Resists) -> Vec<Resists> {
+        let mut resists = vec![Resists::Always; self.coupling.n];
+        for (rows, range) in std::iter::zip(self.rows, &self.coupling.ranges) {
+            let (n, law) = (rows.n_normal(), rows.law);
+            let bonded = law == crate::contact::Law::Tied;
+            resists[range.start..range.start + n].fill(if bonded {
+                Resists::Always
+            } else {
+                Resists::Pressed
+            });
+            if law.is_frictional() {
+                let never = law.friction().is_finite();
+                resists[range.start + n..range.end].fill(if never { tangential } else { Resists::Always });
+            }
+        }
+        resists
+    }
+
+    /// This rank's normal rows.
+    pub(super) fn normals(&self) -> Vec<usize> {
+        let of_end =
+            |(rows, range): (&super::PairRows, &Range<usize>)| range.start..range.start + rows.n_normal();
+        std::iter::zip(self.rows, &self.coupling.ranges).flat_map(of_end).collect()
+    }
+
+    fn any_touch(&self) -> bool {
+        let any = self.touch.iter().any(|touch| *touch != Touch::Open);
+        self.coupling.exchange.max(&[f64::from(u8::from(any))])[0] > 0.0
+    }
+
+    /// What the nodes of a multiplier end do.
+    pub fn touch(&self, range: Range<usize>) -> Vec<Touch> {
+        let of_row = |j: usize| match (self.touch.get(j), self.active[j]) {
+            (Some(touch), _) => *touch,
+            (None, true) => Touch::Stick,
+            (None, false) => Touch::Open,
+        };
+        range.map(of_row).collect()
+    }
+
+    /// Gathers the compliance and the laws of all pairs. Collective on the roots.
+    fn dense(&self) -> Result<Dense> {
+        let (coupling, exchange, n_pairs) =
+            (&*self.coupling, self.coupling.exchange, self.recorder.n_pairs());
+        let mut counts = vec![[0.0; 2]; n_pairs + 1];
+        for (end, rows) in std::iter::zip(coupling.ends, self.rows).filter(|(end, _)| end.multiplier) {
+            counts[end.pair] = [end.rows.len() as f64, rows.n_normal() as f64];
+        }
+        for body in coupling.bodies.iter() {
+            counts[n_pairs][0] += f64::from(u8::from(body.compliance().is_none() && body.n_rows() > 0));
+        }
+        let counts = exchange.sum(counts.as_flattened());
+        let (counts, _) = counts.as_chunks::<2>();
+        let missing = counts[n_pairs][0] > 0.0;
+        let first: Vec<usize> =
+            (0..=n_pairs).map(|p| counts[..p].iter().map(|c| c[0]).sum::<f64>() as usize).collect();
+        let begins: Vec<usize> =
+            (0..=n_pairs).map(|p| counts[..p].iter().map(|c| c[1]).sum::<f64>() as usize).collect();
+        exchange.agree(match missing {
+            true => Err(Error::input(
+                "friction needs bodies that answer condensed: leave 'response' at automatic",
+            )),
+            false => Ok(()),
+        })?;
+        let nodes: Vec<Range<usize>> = (0..n_pairs).map(|p| begins[p]..begins[p + 1]).collect();
+        let n = first[n_pairs];
+        let mut f = gathered(coupling, &first);
+        let place = Layout { coupling, first: &first };
+        // Per row: area, friction, shear force and whether it is bonded.
+        let per_row = |value: &dyn Fn(&super::PairRows, usize) -> f64| -> Vec<f64> {
+            let mut own = vec![0.0; coupling.n];
+            for (rows, range) in std::iter::zip(self.rows, &coupling.ranges) {
+                range.clone().enumerate().for_each(|(k, j)| own[j] = value(rows, k));
+            }
+            place.gather(&own)
+        };
+        let area = per_row(&|rows, k| rows.area.get(k).copied().unwrap_or(1.0));
+        let friction = per_row(&|rows, _| rows.law.friction());
+        let shear = per_row(&|rows, k| rows.law.shear() * rows.area.get(k).copied().unwrap_or(1.0));
+        let bonded = per_row(&|rows, _| f64::from(u8::from(rows.law == crate::contact::Law::Tied)));
+        let mut scale = vec![1.0; n];
+        for (p, of_pair) in nodes.iter().enumerate() {
+            let rows = first[p]..first[p + 1];
+            let mean = |v: &dyn Fn(usize) -> f64| rows.clone().map(v).sum::<f64>() / rows.len().max(1) as f64;
+            let (compliance, mean_area) = (mean(&|j| f[j * n + j]), mean(&|j| area[j]));
+            for j in rows.clone() {
+                // Of a node's two rows the same.
+                let own = if j < first[p] + of_pair.len() { j } else { j - of_pair.len() };
+                let weighted = (compliance * mean_area / area[own]).sqrt();
+                scale[j] = if weighted > 0.0 && weighted.is_finite() { weighted } else { 1.0 };
+            }
+        }
+        for j in 0..n {
+            (0..n).for_each(|i| f[j * n + i] /= scale[i] * scale[j]);
+        }
+        let of_node = |p: usize, k: usize| {
+            let normal = first[p] + k;
+            let tangential = (first[p + 1] - first[p] > nodes[p].len()).then(|| normal + nodes[p].len());
+            // Supports hold both sides along each other: what they carry is theirs.
+            let tangential = tangential.filter(|&t| f[t * n + t] > HELD_COMPLIANCE);
+            Node {
+                normal,
+                tangential,
+                friction: friction[normal],
+                shear: shear[normal] * scale[normal],
+                bonded: bonded[normal] > 0.0,
+            }
+        };
+        let all = (0..n_pairs).flat_map(|p| (0..nodes[p].len()).map(move |k| (p, k)));
+        let problem = Frictional {
+            nodes: all.map(|(p, k)| of_node(p, k)).collect(),
+            modes: self.gathered_modes(&place, &scale),
+            stiffness: self.coarse.stiffness.clone(),
+            pairs: nodes.clone(),
+            a: Symmetric::from_lower_rows(n, f),
+        };
+        Ok(Dense { first, nodes, problem, scale })
+    }
+
+    /// The modes on the rows of all pairs, scaled. Collective on the roots.
+    fn gathered_modes(&self, place: &Layout<'_, '_, '_, B>, scale: &[f64]) -> Vec<Vec<f64>> {
+        let of_mode = |k: usize| {
+            let unit: Vec<f64> = (0..self.coarse.n).map(|l| f64::from(u8::from(l == k))).collect();
+            let own: Vec<f64> = (0..self.coupling.n).map(|j| self.coarse.at(j, &unit)).collect();
+            std::iter::zip(place.gather(&own), scale).map(|(z, s)| z / s).collect()
+        };
+        (0..self.coarse.n).map(of_mode).collect()
+    }
+
+    /// A state per node of all pairs, from this rank's nodes, given by end and row. Bonded nodes stick. Collective on the
+    /// roots.
+    fn on_nodes(&self, dense: &Dense, state: impl Fn(usize, usize) -> Touch) -> Vec<Touch> {
+        let mut codes = vec![0.0; dense.problem.nodes.len()];
+        for (i, end) in self.coupling.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+            for (k, node) in dense.nodes[end.pair].clone().enumerate() {
+                codes[node] = state(i, k).code();
+            }
+        }
+        let codes = self.coupling.exchange.sum(&codes);
+        let of_node = |(node, code): (&Node, f64)| match Touch::of_code(code) {
+            _ if node.bonded => Touch::Stick,
+            Touch::Forwards | Touch::Backwards if node.tangential.is_none() => Touch::Stick,
+            touch => touch,
+        };
+        std::iter::zip(&dense.problem.nodes, codes).map(of_node).collect()
+    }
+
+    /// Solves the dense problem with the gaps `gap`; all have the first rank's digits. Collective on the roots.
+    fn settle(&self, dense: &Dense, gap: &[f64], starts: &[Vec<Touch>]) -> Result<Option<Answer>> {
+        let exchange = self.coupling.exchange;
+        let place = Layout { coupling: self.coupling, first: &dense.first };
+        let gap: Vec<f64> = std::iter::zip(place.gather(gap), &dense.scale).map(|(g, s)| g / s).collect();
+        let given = Given { gap: &gap, work: &self.coarse.work };
+        let found = if place.solves() { dense.problem.solve(&given, starts) } else { Ok(None) };
+        let found = exchange.agree(found)?;
+        let (n, m, nodes) = (gap.len(), self.coarse.n, dense.problem.nodes.len());
+        let mut message = vec![0.0; n + m + nodes + 3];
+        if let Some(Answer { forces, states, updates, holds }) = found {
+            let unscaled = std::iter::zip(&forces.x, &dense.scale).map(|(x, s)| x / s);
+            let states = states.iter().map(|state| state.code());
+            let rest = [1.0, updates as f64, f64::from(u8::from(holds))];
+            let all = unscaled.chain(forces.alpha.iter().copied()).chain(states).chain(rest);
+            std::iter::zip(&mut message, all).for_each(|(m, v)| *m = v);
+        }
+        let message = exchange.sum(&message);
+        let (x, rest) = message.split_at(n);
+        let (alpha, rest) = rest.split_at(m);
+        let (codes, rest) = rest.split_at(nodes);
+        Ok((rest[0] == 1.0).then(|| Answer {
+            forces: Forces { x: x.to_vec(), alpha: alpha.to_vec() },
+            states: codes.iter().map(|code| Touch::of_code(*code)).collect(),
+            updates: rest[1] as usize,
+            holds: rest[2] == 1.0,
+        }))
+    }
+
+    /// Takes over what was found on the rows of all pairs.
+    fn take(&mut self, dense: &Dense, answer: &Answer) {
+        let place = Layout { coupling: &*self.coupling, first: &dense.first };
+        let mut force = place.own(&answer.forces.x);
+        force.extend(self.coarse.spring_forces_at(&answer.forces.alpha));
+        self.active = vec![true; self.coupling.n];
+        self.touch = vec![Touch::Open; self.coupling.n_rows];
+        for (i, end) in self.coupling.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+            let range = self.coupling.ranges[i].clone();
+            let n = dense.nodes[end.pair].len();
+            for (k, node) in dense.nodes[end.pair].clone().enumerate() {
+                let touch = answer.states[node];
+                self.touch[range.start + k] = touch;
+                self.active[range.start + k] = touch != Touch::Open;
+                if range.len() > n {
+                    self.touch[range.start + n + k] = touch;
+                    let acts = dense.problem.nodes[node].tangential.is_some();
+                    self.active[range.start + n + k] = acts && touch == Touch::Stick;
+                }
+            }
+        }
+        self.force = force;
+        self.alpha = answer.forces.alpha.clone();
+    }
+
+    /// The motion that goes on for ever: what the free modes do where no equilibrium is found.
+    fn drift(&self) -> Vec<f64> {
+        let free = std::iter::zip(&self.alpha, &self.coarse.stiffness);
+        let mut drift: Vec<f64> = free.map(|(a, k)| if *k > 0.0 { 0.0 } else { *a }).collect();
+        let size = largest(&drift);
+        drift.iter_mut().for_each(|d| *d = if d.abs() > SUM * size { *d / size } else { 0.0 });
+        drift
+    }
+}
