@@ -98,8 +98,13 @@ fn alternations(rows: &[Value]) -> Option<String> {
         .collect();
     let (least, most) = (counts.iter().min()?, counts.iter().max()?);
     let (small, large) = (number(rows.first()?, "dofs")?, number(rows.last()?, "dofs")?);
+    let counts = match (least, most) {
+        (1, 1) => "1 alternation".into(),
+        _ if least == most => format!("{least} alternations"),
+        _ => format!("{least} to {most} alternations"),
+    };
     Some(format!(
-        "- Hertz contact takes {least} to {most} alternations to 1e-8 at E_A/E_B = 1e-6, 1 and 1e6, from {} to {} unknowns",
+        "- Hertz contact takes {counts} to 1e-8 at E_A/E_B = 1e-6, 1 and 1e6, from {} to {} unknowns",
         round(small),
         round(large)
     ))

@@ -105,3 +105,8 @@ fn patch() {
 fn press_fit() {
     verify("press-fit");
 }
+
+#[test]
+fn partial_slip() {
+    verify("partial-slip");
+}

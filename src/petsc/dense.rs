@@ -2,6 +2,7 @@
 use crate::error::{Error, Result};
 use crate::vector::{larger, smaller};
 use std::ffi::{c_char, c_int};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 // Fortran passes everything by address; the lengths of the character arguments, all 1, may be left out.
 unsafe extern "C" {
@@ -107,6 +108,13 @@ const TRANSPOSED: c_char = b'T' as c_char;
 /// Pivots below this share of the largest are round-off: the matrix has dependent rows.
 const DEPENDENT: f64 = 1e-13;
 
+/// One caller at a time: not every build of OpenBLAS keeps threads apart that call it together, as those of tests do. A rank has
+/// one thread, and does not notice.
+fn alone() -> MutexGuard<'static, ()> {
+    static CALLED: Mutex<()> = Mutex::new(());
+    CALLED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 fn int(n: usize) -> Result<c_int> {
     c_int::try_from(n).map_err(|_| Error::internal(format!("{n} does not fit LAPACK's 32-bit integers")))
 }
@@ -138,6 +146,7 @@ impl Lu {
     pub fn new(n: usize, mut lu: Vec<f64>) -> Result<Option<Lu>> {
         assert_eq!(lu.len(), n * n);
         let (order, mut pivots, mut info) = (int(n)?, vec![0; n], 0);
+        let _alone = alone();
         // SAFETY: lu is n x n, pivots has n entries.
         unsafe {
             dgetrf_(&order, &order, lu.as_mut_ptr(), &order.max(1), pivots.as_mut_ptr(), &mut info);
@@ -155,6 +164,7 @@ impl Lu {
         }
         assert_eq!(b.len() % self.n, 0);
         let (n, columns, mut info) = (int(self.n)?, int(b.len() / self.n)?, 0);
+        let _alone = alone();
         // SAFETY: lu is n x n and its pivots are n, b is n x columns.
         unsafe {
             dgetrs_(
@@ -199,6 +209,7 @@ impl Symmetric {
         assert_eq!(y.len(), k * n);
         let mut a = vec![0.0; n * n];
         let (rows, columns) = (int(k)?, int(n)?);
+        let _alone = alone();
         // SAFETY: y is k x n, a is n x n, both column-major and dense.
         unsafe {
             dsyrk_(
@@ -256,6 +267,7 @@ impl Symmetric {
         assert_eq!(x.len(), self.n);
         let mut y = vec![0.0; self.n];
         let n = int(self.n)?;
+        let _alone = alone();
         // SAFETY: a is n x n, x and y have n entries.
         unsafe {
             dsymv_(&LOWER, &n, &1.0, self.a.as_ptr(), &n.max(1), x.as_ptr(), &1, &0.0, y.as_mut_ptr(), &1);
@@ -274,6 +286,7 @@ impl Symmetric {
         let g = columns.concat();
         let (n, m) = (int(self.n)?, int(columns.len())?);
         assert_eq!(g.len(), self.n * columns.len());
+        let _alone = alone();
         // SAFETY: a is n x n, g is n x m, both column-major and dense.
         unsafe {
             dsyrk_(
@@ -309,6 +322,7 @@ impl Symmetric {
         // As much as LAPACK asks for at least, and more for its blocks.
         let (work_size, integer_size) = (int(26 * n + 64 * n)?, int(10 * n)?);
         let (mut work, mut integers) = (vec![0.0; work_size as usize], vec![0; integer_size as usize]);
+        let _alone = alone();
         // SAFETY: all arrays have the sizes that LAPACK documents for order n.
         unsafe {
             dsyevr_(
@@ -351,6 +365,7 @@ impl Symmetric {
         let Symmetric { n, a: mut l } = self;
         l.iter_mut().step_by(n + 1).for_each(|d| *d += shift);
         let (order, mut info) = (int(n)?, 0);
+        let _alone = alone();
         // SAFETY: l is n x n.
         unsafe { dpotrf_(&LOWER, &order, l.as_mut_ptr(), &order.max(1), &mut info) };
         if info < 0 {
@@ -394,6 +409,7 @@ impl Cholesky {
         }
         assert_eq!(b.len() % self.n, 0);
         let (n, columns, mut info) = (int(self.n)?, int(b.len() / self.n)?, 0);
+        let _alone = alone();
         // SAFETY: l is n x n, b is n x columns.
         unsafe { dpotrs_(&LOWER, &n, &columns, self.l.as_ptr(), &n, b.as_mut_ptr(), &n, &mut info) };
         if info != 0 {
@@ -409,6 +425,7 @@ impl Cholesky {
         }
         assert_eq!(b.len() % self.n, 0);
         let (n, columns) = (int(self.n)?, int(b.len() / self.n)?);
+        let _alone = alone();
         // SAFETY: as above.
         unsafe {
             dtrsm_(

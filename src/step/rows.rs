@@ -121,7 +121,8 @@ fn one_pair(
         }
     };
     let (own, other) = (sides[multiplier], sides[1 - multiplier]);
-    let floating = plan.floating(case, pair);
+    // Bonded are surfaces that are near each other, whatever a force may move.
+    let floating = plan.floating(case, pair) && contact.law != Law::Tied;
     let reach = search_distance(contact, own, other, moduli, floating);
     // The own normals of a body that only contact holds leave its spin free, as it is; a rigid surface's would not.
     let other = &Surface { rigid: other.rigid && !floating, ..other.clone() };

@@ -22,6 +22,8 @@ pub(super) struct Curve<'a> {
     /// Length of the closed surface along which it is drawn, m.
     period: Option<f64>,
     table: &'a SideTable,
+    /// By node: what is drawn, Pa, and whether it gets a dot.
+    nodes: Vec<(f64, bool)>,
 }
 
 /// A node on a curve.
@@ -42,8 +44,33 @@ impl<'a> Curve<'a> {
         table: &'a SideTable,
         (colour, width, dot): (RGBColor, u32, i32),
     ) -> Self {
+        let nodes = (0..table.s.len()).map(|i| (table.pressure[i], table.touches(i))).collect();
+        Curve::of_nodes(side, name, table, nodes, (colour, width, dot))
+    }
+
+    /// The size of the tangential traction, with a dot where a node sticks; `None` without a tangential law.
+    fn of_traction(
+        side: usize,
+        name: String,
+        table: &'a SideTable,
+        style: (RGBColor, u32, i32),
+    ) -> Option<Self> {
+        let traction = &table.tangential.as_ref()?.traction;
+        let node = |(q, status): (&f64, &i32)| (q.abs(), *status == IN_CONTACT);
+        let nodes = std::iter::zip(traction, &table.status).map(node).collect();
+        Some(Curve::of_nodes(side, name, table, nodes, style))
+    }
+
+    fn of_nodes(
+        side: usize,
+        name: String,
+        table: &'a SideTable,
+        nodes: Vec<(f64, bool)>,
+        (colour, width, dot): (RGBColor, u32, i32),
+    ) -> Self {
         let stroke = colour.stroke_width(width);
-        let mut curve = Curve { side, name, colour, stroke, dot, points: Vec::new(), period: None, table };
+        let mut curve =
+            Curve { side, name, colour, stroke, dot, points: Vec::new(), period: None, table, nodes };
         curve.place(table.s.clone(), table.closed);
         curve
     }
@@ -52,9 +79,11 @@ impl<'a> Curve<'a> {
     /// left out. A closed curve comes back to its first node.
     fn place(&mut self, s: Vec<f64>, period: Option<f64>) {
         self.period = period;
-        let SideTable { pressure, status, closed, .. } = self.table;
-        let point =
-            |(i, s): (usize, f64)| Point { s, pressure: pressure[i], touches: status[i] >= IN_CONTACT };
+        let closed = self.table.closed;
+        let point = |(i, s): (usize, f64)| {
+            let (pressure, touches) = self.nodes[i];
+            Point { s, pressure, touches }
+        };
         let back = s.first().copied().filter(|_| closed.is_some()).map(|first| {
             // Along itself the first node is at the end, too; along another surface it stays where it is.
             let own = s == self.table.s;
@@ -123,6 +152,7 @@ pub(super) fn curves(results: &Results, pair: usize) -> Vec<Curve<'_>> {
     let steps: Vec<&PairTables> = before.chain([&results.pairs[pair]]).collect();
     match &steps[..] {
         [] => Vec::new(),
+        [.., last] if last.tangential => frictional(&steps, results),
         [last] => sides(last),
         steps => steps_of(steps, results),
     }
@@ -145,6 +175,36 @@ fn sides(pair: &PairTables) -> Vec<Curve<'_>> {
     curves
 }
 
+/// Of a pair with a tangential law: the pressure after the last step, and the tractions after up to six steps.
+fn frictional<'a>(steps: &[&'a PairTables], results: &Results) -> Vec<Curve<'a>> {
+    let Some(last) = steps.last() else { return Vec::new() };
+    let with = |side: usize| last.sides[side].as_ref().is_some_and(|table| table.multipliers);
+    let side = usize::from(!with(0));
+    let Some(table) = last.sides[side].as_ref() else { return Vec::new() };
+    let chosen = choose(steps.len());
+    let mut curves = vec![Curve::new(side, "pressure".into(), table, (CURVES[0], 4, 0))];
+    for (i, &k) in chosen.iter().enumerate() {
+        let Some(table) = steps[k].sides[side].as_ref() else { continue };
+        let (name, colour) = match steps.len() {
+            1 => ("tangential traction".into(), CURVES[1]),
+            _ => {
+                let light = 1.0 - i as f64 / (chosen.len() - 1).max(1) as f64;
+                let [r, g, b] = ramp(0.82 * light);
+                (format!("tangential traction, {}", step_name(results, k)), RGBColor(r, g, b))
+            }
+        };
+        curves.extend(Curve::of_traction(side, name, table, (colour, 2, 3)));
+    }
+    curves
+}
+
+/// `step 2, shear`.
+fn step_name(results: &Results, k: usize) -> String {
+    let name = results.run.steps.as_ref().and_then(|table| table.get(k)?.name.as_deref());
+    let number = format!("step {}", k + 1);
+    name.map_or_else(|| number.clone(), |name| format!("{number}, {name}"))
+}
+
 fn steps_of<'a>(steps: &[&'a PairTables], results: &Results) -> Vec<Curve<'a>> {
     let largest = |side: usize| {
         let tables = steps.iter().filter_map(|pair| pair.sides[side].as_ref());
@@ -161,10 +221,7 @@ fn steps_of<'a>(steps: &[&'a PairTables], results: &Results) -> Vec<Curve<'a>> {
         let table = steps[k].sides[side].as_ref()?;
         let light = 1.0 - i as f64 / (chosen.len() - 1).max(1) as f64;
         let [r, g, b] = ramp(0.82 * light);
-        let name = results.run.steps.as_ref().and_then(|table| table.get(k)?.name.as_deref());
-        let number = format!("step {}", k + 1);
-        let name = name.map_or_else(|| number.clone(), |name| format!("{number}, {name}"));
-        Some(Curve::new(side, name, table, (RGBColor(r, g, b), 2, 3)))
+        Some(Curve::new(side, step_name(results, k), table, (RGBColor(r, g, b), 2, 3)))
     };
     chosen.iter().enumerate().filter_map(curve).collect()
 }

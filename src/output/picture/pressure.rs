@@ -34,14 +34,15 @@ impl Panel<'_> {
 
 /// The picture as SVG; `None` if there are no contact tables.
 pub(super) fn draw(results: &Results) -> Result<Option<String>> {
-    let panel = |(p, pair)| {
-        let curves = curves(results, p);
+    let panel = |p: usize| {
+        let (pair, curves) = (&results.pairs[p], curves(results, p));
         let entry = |curve: &Curve| (Symbol::Line(curve.stroke), curve.name.clone());
         let mut entries: Vec<_> = curves.iter().map(entry).collect();
-        entries.push((Symbol::Dot(INK), "node in contact".to_owned()));
+        let dot = if pair.tangential { "node that sticks" } else { "node in contact" };
+        entries.push((Symbol::Dot(INK), dot.to_owned()));
         (!curves.is_empty()).then(|| Panel { pair, curves, legend: Legend::new(entries, WIDTH - 2 * LEFT) })
     };
-    let panels: Vec<_> = results.pairs.iter().enumerate().filter_map(panel).take(MOST).collect();
+    let panels: Vec<_> = (0..results.pairs.len()).filter_map(panel).take(MOST).collect();
     if panels.is_empty() {
         return Ok(None);
     }
@@ -76,7 +77,8 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, results: &Re
 
     let (head, body) = area.split_vertically(CAPTION + legend.height());
     let style = TextStyle::from((FONT, 17).into_font()).color(&INK);
-    let mut caption = format!("Contact pressure, {}", pair.name);
+    let what = if pair.tangential { "Contact pressure and traction" } else { "Contact pressure" };
+    let mut caption = format!("{what}, {}", pair.name);
     if let (false, Some(curve)) = (results.before.is_empty(), curves.first()) {
         caption += &format!(", on {}", pair.surfaces[curve.side]);
     }
@@ -101,7 +103,7 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, results: &Re
         .x_label_formatter(&|x| x_ticks.label(*x))
         .y_label_formatter(&|y| y_ticks.label(*y))
         .x_desc(s.label("distance along the surface"))
-        .y_desc(p.label("pressure"))
+        .y_desc(p.label(if pair.tangential { "pressure, traction" } else { "pressure" }))
         .label_style((FONT, 15).into_font().color(&INK))
         .axis_desc_style((FONT, 16).into_font().color(&INK))
         .draw()
@@ -112,7 +114,8 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, results: &Re
             let line = line.into_iter().map(shown);
             chart.draw_series(LineSeries::new(line, curve.stroke)).map_err(failed)?;
         }
-        let touching = curve.points.iter().filter(|point| point.touches && (from..=to).contains(&point.s));
+        let dotted = |point: &&Point| point.touches && curve.dot > 0 && (from..=to).contains(&point.s);
+        let touching = curve.points.iter().filter(dotted);
         let dot =
             |point: &Point| Circle::new(shown((point.s, point.pressure)), curve.dot, curve.colour.filled());
         chart.draw_series(touching.map(dot)).map_err(failed)?;
