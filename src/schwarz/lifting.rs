@@ -14,6 +14,9 @@ use crate::{
 /// Events after which the path is given up, per node: the hardest problems measured took three to five.
 const EVENTS: usize = 30;
 
+/// Operations after which it is given up: some seconds.
+const WORK: f64 = 2e10;
+
 /// A derivative below this share of the largest is none.
 const FLAT: f64 = 1e-11;
 
@@ -151,11 +154,23 @@ impl Path<'_> {
         std::iter::zip(&self.problem.nodes, states).map(of_node).collect()
     }
 
+    /// Operations of an event: two factorisations, and products for their refinements.
+    fn work_of(&self, states: &[Touch]) -> f64 {
+        let touching = states.iter().filter(|state| **state != Touch::Open).count() as f64;
+        let (order, n) = (2.0 * touching + self.work[0].len() as f64, self.problem.a.n() as f64);
+        4.0 / 3.0 * order.powi(3) + 20.0 * n * n
+    }
+
     /// From `theta`, where `states` hold, down to zero.
     fn follow(&self, mut theta: f64, mut states: Vec<Touch>) -> Result<End> {
         let mut down = true;
         let Some(mut line) = self.line(&states)? else { return Ok(End::Lost) };
+        let mut work = 0.0;
         for _ in 0..EVENTS * states.len().max(10) {
+            work += self.work_of(&states);
+            if work > WORK {
+                return Ok(End::Lost);
+            }
             let way = if down { -1.0 } else { 1.0 };
             let limits = self.limits(&states, &line, theta);
             let flat = FLAT * steepest(&line);
