@@ -271,7 +271,7 @@ impl Engine {
     }
 
     /// Sets what acts. Collective.
-    fn load(&mut self, plan: &Plan, target: Target) -> Result<()> {
+    pub(super) fn load(&mut self, plan: &Plan, target: Target) -> Result<()> {
         let group = &plan.groups.group;
         let loaded =
             std::iter::zip(&mut self.bodies, &mut self.responses).try_for_each(|(body, response)| {

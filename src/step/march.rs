@@ -4,7 +4,7 @@ use super::{
     found::Found,
     state::State,
     task::{Scene, Target},
-    way::{LEAST_SLIDING, Pace, Way, turnover},
+    way::{DEPENDS, LEAST_SLIDING, Pace, Way, any_slips, difference, pace_by, turnover},
 };
 use crate::{
     body::LoadFactors,
@@ -74,11 +74,27 @@ pub(crate) fn march<'p>(
                     if let Some(before) = before.take() {
                         advanced.found.prepend(before);
                     }
+                    let depends = match case.has_friction() && advanced.found.reason.converged() {
+                        true => {
+                            let middle = way.at(pace.middle(reached));
+                            reached * divided(engine, scene, &state, &middle, target, &advanced.state)?
+                        }
+                        false => 0.0,
+                    };
                     let changed = turnover(&state.pairs, &advanced.state.pairs, world);
+                    let changed = pace_by(changed, depends);
                     if advanced.found.reason.converged() && pace.is_too_large(changed) && pace.halve(reached)
                     {
                         before = Some(advanced.found);
                         continue;
+                    }
+                    if depends > DEPENDS {
+                        advanced.found.warnings.push(format!(
+                            "load step {}: dividing an increment in two changes the tangential forces by {:.1} %, for normal and \
+                             tangential loads change together while surfaces slip: use more increments (steps), or steps = \"auto\"",
+                            i + 1,
+                            100.0 * depends
+                        ));
                     }
                     let name = step.name.as_deref().filter(|_| ends_step);
                     let accepted = Accepted { name, factors, increment, ends_step, is_last, advanced };
@@ -110,4 +126,34 @@ pub(crate) fn march<'p>(
         }
     }
     Ok(End::Arrived)
+}
+
+/// By how much the tangential forces change, relative to themselves, if an increment is divided in two: nought where nothing slips, or
+/// where the halves tell nothing. The end of a step in which normal and tangential loads change together depends on the way.
+/// Collective.
+fn divided(
+    engine: &mut Engine,
+    scene: &Scene,
+    from: &State,
+    middle: &LoadFactors,
+    target: Target,
+    whole: &State,
+) -> Result<f64> {
+    let world = &scene.plan.groups.world;
+    if !any_slips(&whole.pairs, world) {
+        return Ok(0.0);
+    }
+    let mut to = |state: &State, factors: &LoadFactors| -> Result<Option<State>> {
+        let target = Target { factors, is_end: false, ..target };
+        match engine.advance(scene, state, target, |_| {}) {
+            Ok(advanced) if advanced.found.reason.converged() => Ok(Some(advanced.state)),
+            Ok(_) | Err(Error::Unrestrained(_)) => Ok(None),
+            Err(error) => Err(error),
+        }
+    };
+    let half = to(from, middle)?;
+    let end = half.map_or(Ok(None), |half| to(&half, target.factors))?;
+    // What is measured next is the increment itself.
+    engine.load(scene.plan, target)?;
+    Ok(end.map_or(0.0, |end| difference(&whole.pairs, &end.pairs, world)))
 }

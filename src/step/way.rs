@@ -5,7 +5,7 @@ use crate::{
     case::{Increments, PathCase, StepCase},
     parallel,
     schwarz::Touch,
-    vector::larger,
+    vector::{larger, ratio},
 };
 use mpi::topology::SimpleCommunicator;
 use std::collections::HashMap;
@@ -26,6 +26,9 @@ const TURNOVER: f64 = 0.2;
 
 /// Share up to which the next increment is twice as large: what twice the increment may turn over.
 const EASE: f64 = 0.5 * TURNOVER;
+
+/// Change of the tangential forces, relative to what they would be at the end of the step, that dividing an increment in two may make.
+pub(super) const DEPENDS: f64 = 0.01;
 
 /// Shares of the way that differ by less are the same.
 const SAME: f64 = 1e-9;
@@ -101,6 +104,11 @@ impl Pace {
         }
     }
 
+    /// Half of the way to `reached`.
+    pub fn middle(&self, reached: f64) -> f64 {
+        0.5 * (self.done + reached)
+    }
+
     /// Where the next increment ends, exactly 1 at the end of the way; `None` after that.
     pub fn next(&self) -> Option<f64> {
         let stop = self.stops.iter().copied().find(|stop| *stop > self.done)?;
@@ -150,6 +158,28 @@ pub(super) fn turnover(before: &[PairState], after: &[PairState], world: &Simple
     };
     let own = after.iter().filter_map(of_pair).fold(0.0, larger);
     parallel::max(world, &[own])[0]
+}
+
+/// [`turnover`] and what dividing an increment changes, as one number to pace by.
+pub(super) fn pace_by(turnover: f64, depends: f64) -> f64 {
+    larger(turnover, TURNOVER * depends / DEPENDS)
+}
+
+/// True if a node slips. Collective.
+pub(super) fn any_slips(pairs: &[PairState], world: &SimpleCommunicator) -> bool {
+    let slips = pairs.iter().flat_map(|pair| &pair.nodes).any(|node| node.status.slips().is_some());
+    parallel::max(world, &[f64::from(u8::from(slips))])[0] > 0.0
+}
+
+/// Norm of the difference of the tangential forces of two states of the same pairs over that of the first. Collective.
+pub(super) fn difference(a: &[PairState], b: &[PairState], world: &SimpleCommunicator) -> f64 {
+    let nodes = |pairs: &[PairState]| -> Vec<f64> {
+        pairs.iter().flat_map(|pair| &pair.nodes).map(|node| node.tangential).collect()
+    };
+    let (a, b) = (nodes(a), nodes(b));
+    let sums = std::iter::zip(&a, &b).fold([0.0; 2], |[d, s], (a, b)| [d + (a - b).powi(2), s + a * a]);
+    let sums = parallel::sum(world, &sums);
+    ratio(sums[0], sums[1]).sqrt()
 }
 
 #[cfg(test)]

@@ -119,6 +119,29 @@ fn shear_that_turns_back_leaves_tractions_behind() {
     }
 }
 
+/// Pressed and sheared together from nought nothing slips, and q = (Q / P) p (Mindlin and Deresiewicz, J. Appl. Mech. 20 (1953) 327); one
+/// increment, which knows only its end, takes it for pressed first. It says so, and `auto` divides it.
+#[test]
+fn oblique_loads_depend_on_their_increments() {
+    let of = |steps: &str| -> (Value, f64) {
+        let text =
+            discs(0.3, 40.0, A_OVER_B, &[0.5]).replace("[[step]]\n", &format!("[[step]]\nsteps = {steps}\n"));
+        let (summary, results) = solve_all(&text, 1, &[]);
+        let table = multipliers(&results, 0);
+        let traction = &table.tangential.as_ref().expect("a law").traction;
+        let pairs = || std::iter::zip(traction, &table.pressure);
+        let error: f64 = pairs().map(|(q, p)| (q.abs() - 0.15 * p).powi(2)).sum();
+        (summary, (error / pairs().map(|(_, p)| (0.15 * p).powi(2)).sum::<f64>()).sqrt())
+    };
+    let warned = |summary: &Value| summary["warnings"].to_string().contains("dividing an increment");
+    let (one, far) = of("1");
+    assert!(warned(&one) && far > 0.3, "{far}");
+    let (auto, near_enough) = of("\"auto\"");
+    assert!(near_enough < 0.08, "{near_enough} in {} increments", auto["steps"][0]["increments"]);
+    // Pressed first, nothing depends on increments.
+    assert!(!warned(&solve(&discs(0.3, 20.0, A_OVER_B, &[0.0, 0.5]))));
+}
+
 #[test]
 fn cycles_of_shear_close_and_dissipate_alike() {
     let mut path = vec![0.0, 0.6];
