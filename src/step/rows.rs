@@ -117,7 +117,16 @@ fn one_pair(
             // The paper's alternation prescribes the displacements of both sides.
             let coarser = if is_relaxed { mortar::coarser_side([sides[a], sides[b]]) } else { None };
             let by_rule = || mortar::multiplier_side([sides[a], sides[b]], [moduli[a], moduli[b]]);
-            [a, b][coarser.unwrap_or_else(by_rule)]
+            let side = [a, b][coarser.unwrap_or_else(by_rule)];
+            // Nodes that all lie beyond the other surface have nothing to say: its nodes have.
+            let faces = |side: usize, pairing: &Pairing| pairing.conjugates[side].iter().any(Option::is_some);
+            match case.alternation.transfer {
+                Transfer::Pointwise if !is_relaxed => {
+                    let pairing = Pairing::new(sides, &contact.gap, contact.conjugate);
+                    if faces(side, &pairing) || !faces(1 - side, &pairing) { side } else { 1 - side }
+                }
+                _ => side,
+            }
         }
     };
     let (own, other) = (sides[multiplier], sides[1 - multiplier]);

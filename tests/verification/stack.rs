@@ -55,3 +55,31 @@ fn loose_middle_block() {
     assert_eq!(free[0]["body"], "middle");
     assert_eq!(free[0]["mode"], "translation y");
 }
+
+/// One cell whose nodes both lie beyond the narrow block on it: the pointwise transfer takes that one's nodes.
+#[test]
+fn nodes_that_face_nothing_leave_it_to_the_others() {
+    let block = |name: &str, x: [f64; 2], y: [f64; 2], cells: usize, rest: &str| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmaterial = \"steel\"\nmesh.rectangle = {{ x = {{ from = {}, to = {}, cells = {cells} }}, \
+             y = {{ from = {}, to = {}, cells = 2 }} }}\n{rest}",
+            x[0], x[1], y[0], y[1]
+        )
+    };
+    for young in ["2.1e11", "2.1e9"] {
+        let text = format!(
+            "analysis = \"plane stress\"\nalternation = {{ tolerance = 1e-10, transfer = \"pointwise\" }}\n\
+             material.steel = {{ young = {young}, poisson = 0.3 }}\n{}{}\
+             [[contact]]\nname = \"pair\"\nsurfaces = [\"a.top\", \"b.bottom\"]\n",
+            block("a", [0.0, 0.03], [0.0, 0.01], 1, "support = [{ surface = \"bottom\", x = 0, y = 0 }]\n"),
+            block(
+                "b",
+                [0.01, 0.02],
+                [0.01, 0.02],
+                7,
+                "support = [{ point = [0.01, 0.01], x = 0 }]\nload = [{ surface = \"top\", pressure = 1e6 }]\n"
+            ),
+        );
+        super::close(&super::solve(&text), "pairs.pair.normal_force", 1e4, 1e-9);
+    }
+}
