@@ -45,13 +45,7 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
             };
         self.alpha = alpha;
         if self.largest(&start) == 0.0 {
-            // Nothing touches: soft modes are where the loads alone put them.
-            let at_rest = self.coarse.sprung(&self.coarse.work);
-            for ((alpha, rest), k) in self.alpha.iter_mut().zip(at_rest).zip(&self.coarse.stiffness) {
-                *alpha = if *k > 0.0 { rest } else { *alpha };
-            }
-            (self.force, self.active) = (start.clone(), self.compressed(&start));
-            return Ok(Ended::Outcome(self.outcome(Reason::Open)));
+            return Ok(self.rest_open(start));
         }
         let closed = self.compressed(&start);
         self.dual = Dual::new(self.coupling, self.coarse, self.rows, self.recorder.n_pairs(), &closed);
@@ -68,6 +62,16 @@ impl<'c, 'a, B: Respond> ActiveSet<'c, 'a, B> {
         let guess = self.first_guess(guess, &mut progress)?;
         let reason = self.iterate(guess, &start, &mut progress)?;
         Ok(Ended::Outcome(self.outcome(reason)))
+    }
+
+    /// Nothing touches: soft modes are where the loads alone put them.
+    pub(super) fn rest_open(&mut self, start: Vec<f64>) -> Ended {
+        let at_rest = self.coarse.sprung(&self.coarse.work);
+        for ((alpha, rest), k) in self.alpha.iter_mut().zip(at_rest).zip(&self.coarse.stiffness) {
+            *alpha = if *k > 0.0 { rest } else { *alpha };
+        }
+        (self.active, self.force) = (self.compressed(&start), start);
+        Ended::Outcome(self.outcome(Reason::Open))
     }
 
     /// Semi-smooth Newton, then feasible steps if it cycles.

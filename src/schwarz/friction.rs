@@ -47,6 +47,11 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             Ok(start) => start,
             Err(motion) => return Ok(Ended::Driven(motion)),
         };
+        let bonded = self.rows.iter().any(|rows| rows.law == crate::contact::Law::Tied);
+        let bonded = self.coupling.exchange.max(&[f64::from(u8::from(bonded))])[0] > 0.0;
+        if self.largest(&start) == 0.0 && !bonded {
+            return Ok(self.rest_open(start));
+        }
         let dense = self.dense()?;
         // All nodes that the bodies would press together stick at first, as in the paper.
         let pressed: Vec<bool> = start.iter().map(|f| *f > 0.0).collect();

@@ -497,7 +497,17 @@ impl Contacts {
         let ranges = &driver.coupling.ranges;
         let out: Vec<Vec<f64>> = ranges.iter().map(|range| driver.force[range.clone()].to_vec()).collect();
         let received = exchange.swap(&out);
-        let gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
+        let mut gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
+        for (end, range) in std::iter::zip(&self.shares.ends, ranges).filter(|(end, _)| end.multiplier) {
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law.is_frictional()) else {
+                continue;
+            };
+            let along = range.start + pair.rows.len()..range.end;
+            // Where supports hold both sides along each other nothing slips, whatever the frame makes of it.
+            for (t, touch) in along.zip(driver.touch(range.clone())) {
+                gaps[t] = if touch == Touch::Stick && !driver.active[t] { 0.0 } else { gaps[t] };
+            }
+        }
         let out_gaps: Vec<Vec<f64>> = ranges.iter().map(|range| gaps[range.clone()].to_vec()).collect();
         let received_gaps = exchange.swap(&out_gaps);
         // Where nothing touches, free bodies stay where they are unless the others would then penetrate them.
