@@ -84,12 +84,7 @@ type Scene = fn(f64, Rubbing) -> String;
 /// Two equal blocks on each other.
 fn blocks(ratio: f64, Rubbing { friction, along, transfer }: Rubbing) -> String {
     format!(
-        r#"
-analysis = "plane strain"
-alternation = {{ driver = "relaxed", transfer = "{transfer}" }}
-material.a = {{ young = {young:e}, poisson = 0.3 }}
-material.b = {{ young = 2.1e11, poisson = 0.3 }}
-[[body]]
+        r#"{head}[[body]]
 name = "upper"
 material = "a"
 element = "quad4"
@@ -112,6 +107,23 @@ name = "contact"
 surfaces = ["upper.bottom", "lower.top"]
 friction = {friction}
 "#,
+        head = head(ratio, transfer),
+    )
+}
+
+/// Plane strain by the paper's alternation; the first material `ratio` times stiffer than the second one.
+fn head(ratio: f64, transfer: &str) -> String {
+    format!(
+        r#"
+analysis = "plane strain"
+alternation = {{ driver = "relaxed", transfer = "{transfer}" }}
+[material.a]
+young = {young:e}
+poisson = 0.3
+[material.b]
+young = 2.1e11
+poisson = 0.3
+"#,
         young = 2.1e11 * ratio,
     )
 }
@@ -128,16 +140,7 @@ fn cylinder(ratio: f64, Rubbing { friction, along, transfer }: Rubbing) -> Strin
     let mut x = columns(0.05);
     (x[0], x[last]) = (-0.05, 0.05);
     format!(
-        r#"
-analysis = "plane strain"
-alternation = {{ driver = "relaxed", transfer = "{transfer}" }}
-[material.a]
-young = {young:e}
-poisson = 0.3
-[material.b]
-young = 2.1e11
-poisson = 0.3
-[[body]]
+        r#"{head}[[body]]
 name = "cylinder"
 material = "a"
 element = "quad4"
@@ -161,7 +164,7 @@ surfaces = ["cylinder.bottom", "block.top"]
 within = {{ x = [-0.01, 0.01] }}
 friction = {friction}
 "#,
-        young = 2.1e11 * ratio,
+        head = head(ratio, transfer),
         u = list(u),
         v = list(up),
         x = list(x),
@@ -188,7 +191,8 @@ fn count(
 ) -> Result<String> {
     // The reference must be converged far below what is measured.
     let limit = if exact.is_none() { 60 } else { 300 };
-    let limits = Limits { tolerance: 1e-30, max_alternations: limit };
+    let friction = rows.iter().any(|rows| rows.law.is_frictional());
+    let limits = Limits { tolerance: 1e-30, max_alternations: limit, friction };
     let mut state = ActiveSet::new(coupling, rows, coarse, limits, 1, 1);
     let mut alternation = Alternation::new(&mut state, weights, None)?;
     let mut watch = Watch::new(0.0);
@@ -221,7 +225,7 @@ fn exact_with_friction(
     rows: &[PairRows],
     coarse: &Coarse,
 ) -> Result<(Vec<f64>, [usize; 2])> {
-    let limits = Limits { tolerance: 1e-12, max_alternations: 60 };
+    let limits = Limits { tolerance: 1e-12, max_alternations: 60, friction: true };
     let mut state = ActiveSet::new(coupling, rows, coarse, limits, 1, 1);
     match state.run_with_friction(None, |_| {})? {
         Ended::Outcome(outcome) if outcome.reason.converged() => {}

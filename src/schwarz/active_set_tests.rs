@@ -101,7 +101,7 @@ fn run(
         [PairRows { gap, stiffness, compliance_ratio: ratio, ..PairRows::default() }, PairRows::default()];
     let mut coupling = Coupling::new(bodies, &ends, &exchange);
     let coarse = Coarse::new(&coupling, n_modes, &first, vec![stiffness; n]);
-    let limits = Limits { tolerance: 1e-8, max_alternations: 500 };
+    let limits = Limits { tolerance: 1e-8, max_alternations: 500, friction: false };
     let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
     let outcome = match driver.run(None, |_| {}).expect("no library fails") {
         Ended::Outcome(outcome) => outcome,
@@ -226,7 +226,7 @@ fn feasible_steps_find_the_same_solution() {
     let mut bodies = [body(a), body(b)];
     let mut coupling = Coupling::new(&mut bodies, &ends, &exchange);
     let coarse = Coarse::new(&coupling, 0, &[0, 0], vec![0.75; n]);
-    let limits = Limits { tolerance: 1e-10, max_alternations: 2000 };
+    let limits = Limits { tolerance: 1e-10, max_alternations: 2000, friction: false };
     let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
     let (start, _) = coarse
         .start(&exchange, &driver.gap.clone(), &driver.resists(super::coarse::Resists::Never))
@@ -323,7 +323,7 @@ fn the_influence_of_the_gaps_on_the_forces() {
             let mut coupling = Coupling::new(&mut bodies, &ends, &exchange);
             let modes = usize::from(is_free);
             let coarse = Coarse::new(&coupling, modes, &[0, modes], vec![0.7; n]);
-            let limits = Limits { tolerance: 1e-11, max_alternations: 500 };
+            let limits = Limits { tolerance: 1e-11, max_alternations: 500, friction: false };
             let mut driver = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
             let ended = driver.run(None, |_| {}).expect("no library fails");
             assert!(matches!(ended, Ended::Outcome(_)), "it is held");

@@ -60,34 +60,10 @@ impl Dual {
             return None;
         }
         let mut f = gathered(coupling, &first);
-        // Areas of the rows, then their modes.
-        let (mut area, mut modes) = (vec![1.0; coupling.n], vec![vec![0.0; coupling.n]; coarse.n]);
-        for (i, _) in coupling.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
-            std::iter::zip(&mut area[coupling.ranges[i].clone()], &rows[i].area).for_each(|(a, b)| *a = *b);
-        }
-        for (k, mode) in modes.iter_mut().enumerate() {
-            let unit: Vec<f64> = (0..coarse.n).map(|l| f64::from(u8::from(l == k))).collect();
-            mode.iter_mut().enumerate().for_each(|(j, z)| *z = coarse.at(j, &unit));
-        }
         let pairs: Vec<Range<usize>> = (0..n_pairs).map(|p| first[p]..first[p + 1]).collect();
         let place = Layout { coupling, first: &first };
-        let area = place.gather(&area);
-        let mut scale = vec![1.0; n];
-        for pair in &pairs {
-            let mean = |v: &dyn Fn(usize) -> f64| pair.clone().map(v).sum::<f64>() / pair.len().max(1) as f64;
-            let (compliance, mean_area) = (mean(&|j| f[j * n + j]), mean(&|j| area[j]));
-            for j in pair.clone() {
-                let weighted = (compliance * mean_area / area[j]).sqrt();
-                scale[j] = if weighted > 0.0 && weighted.is_finite() { weighted } else { 1.0 };
-            }
-        }
-        for j in 0..n {
-            (0..n).for_each(|i| f[j * n + i] /= scale[i] * scale[j]);
-        }
-        let scaled = |mode: Vec<f64>| -> Vec<f64> {
-            std::iter::zip(place.gather(&mode), &scale).map(|(z, s)| z / s).collect()
-        };
-        let modes = modes.into_iter().map(scaled).collect();
+        let scale = place.scale(&mut f, rows);
+        let modes = place.modes(coarse, &scale);
         let a = Symmetric::from_lower_rows(n, f);
         // The interior-point method factorises all of it.
         let interior = factorised(n as f64) <= allowed;
@@ -220,6 +196,40 @@ pub(super) struct Layout<'p, 'c, 'a, B> {
 }
 
 impl<B: Respond> Layout<'_, '_, '_, B> {
+    /// Scales F to a mean diagonal of 1, and returns the scales: of each row the square root of its pair's mean compliance, weighted
+    /// by its area. Of the two rows of a node with friction they are the same. Collective on the roots.
+    pub fn scale(&self, f: &mut [f64], rows: &[PairRows]) -> Vec<f64> {
+        let mut area = vec![1.0; self.coupling.n];
+        for (rows, range) in std::iter::zip(rows, &self.coupling.ranges) {
+            std::iter::zip(&mut area[range.clone()], &rows.area).for_each(|(a, b)| *a = *b);
+        }
+        let area = self.gather(&area);
+        let n = area.len();
+        let mut scale = vec![1.0; n];
+        for pair in self.first.windows(2).map(|ends| ends[0]..ends[1]) {
+            let mean = |v: &dyn Fn(usize) -> f64| pair.clone().map(v).sum::<f64>() / pair.len().max(1) as f64;
+            let (compliance, mean_area) = (mean(&|j| f[j * n + j]), mean(&|j| area[j]));
+            for j in pair.clone() {
+                let weighted = (compliance * mean_area / area[j]).sqrt();
+                scale[j] = if weighted > 0.0 && weighted.is_finite() { weighted } else { 1.0 };
+            }
+        }
+        for j in 0..n {
+            (0..n).for_each(|i| f[j * n + i] /= scale[i] * scale[j]);
+        }
+        scale
+    }
+
+    /// The modes on the rows of all pairs, scaled. Collective on the roots.
+    pub fn modes(&self, coarse: &Coarse, scale: &[f64]) -> Vec<Vec<f64>> {
+        let of_mode = |k: usize| {
+            let unit: Vec<f64> = (0..coarse.n).map(|l| f64::from(u8::from(l == k))).collect();
+            let own: Vec<f64> = (0..self.coupling.n).map(|j| coarse.at(j, &unit)).collect();
+            std::iter::zip(self.gather(&own), scale).map(|(z, s)| z / s).collect()
+        };
+        (0..coarse.n).map(of_mode).collect()
+    }
+
     /// True on the root that solves.
     pub fn solves(&self) -> bool {
         use mpi::topology::Communicator;

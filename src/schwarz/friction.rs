@@ -1,12 +1,13 @@
 //! The default driver where surfaces have tangential forces: the whole contact problem, active set and friction together, is
 //! settled on the dense compliance of the condensed bodies, and one alternation tests what was found.
 use super::{
-    ActiveSet, Ended, Reason, Respond, Touch,
+    ActiveSet, Ended, PairRows, Reason, Respond, Touch,
     coarse::Resists,
     dual::{Layout, gathered},
     frictional::{Answer, Forces, Frictional, Given, Node},
 };
 use crate::{
+    contact::Law,
     error::{Error, Result},
     petsc::Symmetric,
     record::HistoryRow,
@@ -47,7 +48,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             Ok(start) => start,
             Err(motion) => return Ok(Ended::Driven(motion)),
         };
-        let bonded = self.rows.iter().any(|rows| rows.law == crate::contact::Law::Tied);
+        let bonded = self.rows.iter().any(|rows| rows.law == Law::Tied);
         let bonded = self.coupling.exchange.max(&[f64::from(u8::from(bonded))])[0] > 0.0;
         if self.largest(&start) == 0.0 && !bonded {
             return Ok(self.rest_open(start));
@@ -131,7 +132,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let mut resists = vec![Resists::Always; self.coupling.n];
         for (rows, range) in std::iter::zip(self.rows, &self.coupling.ranges) {
             let (n, law) = (rows.n_normal(), rows.law);
-            let bonded = law == crate::contact::Law::Tied;
+            let bonded = law == Law::Tied;
             resists[range.start..range.start + n].fill(if bonded {
                 Resists::Always
             } else {
@@ -147,8 +148,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
 
     /// This rank's normal rows.
     pub(super) fn normals(&self) -> Vec<usize> {
-        let of_end =
-            |(rows, range): (&super::PairRows, &Range<usize>)| range.start..range.start + rows.n_normal();
+        let of_end = |(rows, range): (&PairRows, &Range<usize>)| range.start..range.start + rows.n_normal();
         std::iter::zip(self.rows, &self.coupling.ranges).flat_map(of_end).collect()
     }
 
@@ -195,33 +195,18 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let n = first[n_pairs];
         let mut f = gathered(coupling, &first);
         let place = Layout { coupling, first: &first };
-        // Per row: area, friction, shear force and whether it is bonded.
-        let per_row = |value: &dyn Fn(&super::PairRows, usize) -> f64| -> Vec<f64> {
+        // Per row: friction, shear force and whether it is bonded.
+        let per_row = |value: &dyn Fn(&PairRows, usize) -> f64| -> Vec<f64> {
             let mut own = vec![0.0; coupling.n];
             for (rows, range) in std::iter::zip(self.rows, &coupling.ranges) {
                 range.clone().enumerate().for_each(|(k, j)| own[j] = value(rows, k));
             }
             place.gather(&own)
         };
-        let area = per_row(&|rows, k| rows.area.get(k).copied().unwrap_or(1.0));
         let friction = per_row(&|rows, _| rows.law.friction());
         let shear = per_row(&|rows, k| rows.law.shear() * rows.area.get(k).copied().unwrap_or(1.0));
-        let bonded = per_row(&|rows, _| f64::from(u8::from(rows.law == crate::contact::Law::Tied)));
-        let mut scale = vec![1.0; n];
-        for (p, of_pair) in nodes.iter().enumerate() {
-            let rows = first[p]..first[p + 1];
-            let mean = |v: &dyn Fn(usize) -> f64| rows.clone().map(v).sum::<f64>() / rows.len().max(1) as f64;
-            let (compliance, mean_area) = (mean(&|j| f[j * n + j]), mean(&|j| area[j]));
-            for j in rows.clone() {
-                // Of a node's two rows the same.
-                let own = if j < first[p] + of_pair.len() { j } else { j - of_pair.len() };
-                let weighted = (compliance * mean_area / area[own]).sqrt();
-                scale[j] = if weighted > 0.0 && weighted.is_finite() { weighted } else { 1.0 };
-            }
-        }
-        for j in 0..n {
-            (0..n).for_each(|i| f[j * n + i] /= scale[i] * scale[j]);
-        }
+        let bonded = per_row(&|rows, _| f64::from(u8::from(rows.law == Law::Tied)));
+        let scale = place.scale(&mut f, self.rows);
         let of_node = |p: usize, k: usize| {
             let normal = first[p] + k;
             let tangential = (first[p + 1] - first[p] > nodes[p].len()).then(|| normal + nodes[p].len());
@@ -238,22 +223,12 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let all = (0..n_pairs).flat_map(|p| (0..nodes[p].len()).map(move |k| (p, k)));
         let problem = Frictional {
             nodes: all.map(|(p, k)| of_node(p, k)).collect(),
-            modes: self.gathered_modes(&place, &scale),
+            modes: place.modes(self.coarse, &scale),
             stiffness: self.coarse.stiffness.clone(),
             pairs: nodes.clone(),
             a: Symmetric::from_lower_rows(n, f),
         };
         Ok(Dense { first, nodes, problem, scale })
-    }
-
-    /// The modes on the rows of all pairs, scaled. Collective on the roots.
-    fn gathered_modes(&self, place: &Layout<'_, '_, '_, B>, scale: &[f64]) -> Vec<Vec<f64>> {
-        let of_mode = |k: usize| {
-            let unit: Vec<f64> = (0..self.coarse.n).map(|l| f64::from(u8::from(l == k))).collect();
-            let own: Vec<f64> = (0..self.coupling.n).map(|j| self.coarse.at(j, &unit)).collect();
-            std::iter::zip(place.gather(&own), scale).map(|(z, s)| z / s).collect()
-        };
-        (0..self.coarse.n).map(of_mode).collect()
     }
 
     /// A state per node of all pairs, from this rank's nodes, given by end and row. Bonded nodes stick. Collective on the

@@ -20,7 +20,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             coupling: &mut *self.coupling,
             rows: self.rows,
             coarse: &coarse,
-            limits: Limits { tolerance: ACCURACY, max_alternations: MOST },
+            limits: Limits { tolerance: ACCURACY, max_alternations: MOST, ..self.limits },
             mesh_error: None,
             force: vec![0.0; n],
             gap: c.clone(),

@@ -12,10 +12,9 @@ use crate::{
 };
 
 impl<B: Respond> ActiveSet<'_, '_, B> {
-    /// The nodes of this rank, if any pair of any rank has tangential forces; bonded ones touch. Collective on the roots.
+    /// The nodes of this rank, if any pair of any rank has tangential forces; bonded ones touch.
     pub(super) fn rubbing_nodes(&mut self) -> Option<Vec<Node>> {
-        let rubs = self.rows.iter().any(|rows| rows.law.is_frictional());
-        if self.coupling.exchange.max(&[f64::from(u8::from(rubs))])[0] == 0.0 {
+        if !self.limits.friction {
             return None;
         }
         let mut nodes = Vec::new();

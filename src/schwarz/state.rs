@@ -10,6 +10,8 @@ pub struct Limits {
     pub tolerance: f64,
     /// Alternations (force steps and active-set updates) after which the driver gives up.
     pub max_alternations: usize,
+    /// Whether a pair of the case, on whatever rank, has tangential forces.
+    pub friction: bool,
 }
 
 /// How a driver ended.

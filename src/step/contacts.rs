@@ -1,13 +1,13 @@
 //! The contact rows of this rank's pairs: found, followed as the surfaces move, and given to the driver.
 use super::{
-    found::{EndFound, Found},
+    found::Found,
     neutral::Neutral,
     place::{Place, rigid_factor},
-    rows::{Held, Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion, turned},
-    state::{NodeState, PairState, State},
-    task::{Influence, Scene, Solution, Task},
+    rows::{Held, Pair, Shares, both_surfaces, held_nodes, pair_rows, rigid_motion},
+    state::NodeState,
+    task::{Scene, Solution, Task},
 };
-use crate::vector::{self, larger, ratio, smaller, worst};
+use crate::vector::{larger, smaller, worst};
 use crate::{
     body::{BodyRow, Constraints, FreeModes, Response, RigidMode, mesh_extent, name_bodies, name_motion},
     case::{Case, ContactGeometry, Driver, Gap, Tolerance},
@@ -16,27 +16,14 @@ use crate::{
         vector::{dot, sub},
     },
     error::{Error, Result},
-    estimate::{
-        coarse,
-        pressure::{self, Chain},
-    },
+    estimate::pressure::{self, Chain},
     parallel::Exchange,
     record::{HistoryRow, Reason},
     scene::{ContactSide, Plan},
-    schwarz::{
-        AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Known, Limits, Outcome, PairRows, Projector,
-        Respond, Touch,
-    },
+    schwarz::{AUTOMATIC, ActiveSet, Coarse, Coupling, End, Ended, Known, Limits, PairRows, Respond},
 };
 use nalgebra::DMatrix;
-use std::{collections::HashMap, ops::Range};
-
-/// Sagittas in doubt beyond this share of what the contact forces move the surfaces by change the pressure by as much.
-const UNCLEAR: f64 = 0.01;
-
-/// Share of the largest pressure from which a row belongs to the top of the peak: on a Hertz contact |x| <= 0.3 a. What the
-/// mesh makes wrong is rather the mean there than one value, which the stresses of no mesh know.
-const TOP: f64 = 0.95;
+use std::collections::HashMap;
 
 /// Pairs and rows as the first rank of a group holds them.
 pub(crate) struct Contacts {
@@ -150,7 +137,9 @@ impl Contacts {
         });
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
         let contacts = Contacts { pairs, shares, held, gaps: None };
-        exchange.agree(contacts.refuse_unmatched_friction(case))?;
+        if case.has_friction() {
+            exchange.agree(contacts.refuse_unmatched_friction(case))?;
+        }
         let hopeless = contacts.overlapping(case, plan, NO_ANSWER).into_iter().next();
         let checked = match hopeless {
             Some((pair, text)) => Err(case.contacts[pair].origin.error(format!(
@@ -194,7 +183,7 @@ impl Contacts {
     }
 
     /// Displacements of a surface's nodes, m, of a body of this rank.
-    fn at_surface(&self, surface: &Surface, place: usize, to: &Place) -> Vec<[f64; 3]> {
+    pub(super) fn at_surface(&self, surface: &Surface, place: usize, to: &Place) -> Vec<[f64; 3]> {
         let at: HashMap<u32, &[f64; 3]> =
             std::iter::zip(self.shares.interface[place].iter().copied(), &to.displacement[place]).collect();
         surface.nodes.iter().map(|node| at.get(node).map_or([0.0; 3], |u| **u)).collect()
@@ -308,7 +297,11 @@ impl Contacts {
             (Tolerance::Automatic, Driver::Relaxed(_)) => (Tolerance::RELAXED, false),
             (Tolerance::Fixed(tolerance), _) => (tolerance, false),
         };
-        let limits = Limits { tolerance: start, max_alternations: case.alternation.max_alternations };
+        let limits = Limits {
+            tolerance: start,
+            max_alternations: case.alternation.max_alternations,
+            friction: case.has_friction(),
+        };
         let n_pairs = case.contacts.len();
         let number = task.target.number;
         let warm = warm.map(|warm| with_springs(&warm, &coarse, exchange));
@@ -393,362 +386,6 @@ impl Contacts {
         }
         rows
     }
-
-    /// What is known of the nodes of the multipliers, in the order of the row vector's ends; `None`: of the other side's own nodes.
-    fn known(&self, task: &Task, pairs: &[PairState]) -> Vec<Vec<Option<NodeState>>> {
-        let known = State::nodes(pairs);
-        let plan = task.scene.plan;
-        let of_end = |(i, end): (usize, &End)| -> Vec<Option<NodeState>> {
-            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
-                return Vec::new();
-            };
-            let nodes = pair.own_rows().iter().map(|row| plan.surfaces[i].nodes[row.node as usize]);
-            let of_node = |node| known.get(&(end.pair, plan.ends[i].side, node)).copied();
-            nodes.map(of_node).chain(pair.rows[pair.n_own..].iter().map(|_| None)).collect()
-        };
-        self.shares.ends.iter().enumerate().map(of_end).collect()
-    }
-
-    /// How far the surfaces had slipped along each other at the last accepted state, seen from the rows as they are, per end,
-    /// m: on multiplier ends of pairs with tangential rows, empty elsewhere. Collective on the roots.
-    fn travelled(&self, task: &Task) -> Vec<Vec<f64>> {
-        let Scene { plan, exchange, .. } = task.scene;
-        let own = |(i, end): (usize, &End)| -> Vec<f64> {
-            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law.is_frictional()) else {
-                return Vec::new();
-            };
-            let u = self.at_surface(&plan.surfaces[i], end.body, task.from);
-            let column = usize::from(!end.multiplier);
-            let along =
-                |row: &Row| turned(&row.terms[column]).iter().map(|(k, v)| dot(v, &u[*k as usize])).sum();
-            pair.rows.iter().map(along).collect()
-        };
-        let mut own: Vec<Vec<f64>> = self.shares.ends.iter().enumerate().map(own).collect();
-        let out: Vec<Vec<f64>> = std::iter::zip(&self.shares.ends, &own)
-            .map(|(end, own)| if end.multiplier { Vec::new() } else { own.clone() })
-            .collect();
-        let received = exchange.swap(&out);
-        for ((end, own), other) in std::iter::zip(&self.shares.ends, &mut own).zip(received) {
-            let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier && !own.is_empty())
-            else {
-                own.clear();
-                continue;
-            };
-            let n = pair.rows.len();
-            let factor = task.from.rigid_factor(task.scene.case, end.pair, 1 - pair.multiplier);
-            for (j, own) in own.iter_mut().enumerate() {
-                *own += other.get(j).copied().unwrap_or(0.0) + factor * pair.rigid_motion[n + j];
-            }
-        }
-        own
-    }
-
-    /// The forces of what is known, on this rank's row vector but for springs.
-    fn known_forces(&self, known: &[Vec<Option<NodeState>>]) -> Vec<f64> {
-        let of_end = |(end, known): (&End, &Vec<Option<NodeState>>)| {
-            let mut forces: Vec<f64> = known.iter().map(|node| node.map_or(0.0, |node| node.force)).collect();
-            if self.pairs[end.pair].as_ref().is_some_and(|pair| pair.law.is_frictional()) {
-                forces.extend(known.iter().map(|node| node.map_or(0.0, |node| node.tangential)));
-            }
-            forces
-        };
-        std::iter::zip(&self.shares.ends, known).flat_map(of_end).collect()
-    }
-
-    /// The states of what is known, end by end on the normal rows.
-    fn known_states(&self, known: &[Vec<Option<NodeState>>]) -> Vec<Vec<Touch>> {
-        let of_end = |known: &Vec<Option<NodeState>>| {
-            known.iter().map(|node| node.map_or(Touch::Open, |node| node.status)).collect()
-        };
-        known.iter().map(of_end).collect()
-    }
-
-    /// What the driver found, for the results and for the bodies. Collective on the roots.
-    fn report(
-        &self,
-        task: &Task,
-        driver: &ActiveSet<Response>,
-        projector: &Projector,
-        outcome: Outcome,
-    ) -> (Found, Solution) {
-        let Scene { case, plan, exchange } = task.scene;
-        let mut found = Found::none();
-        let untouched = case.contacts.is_empty() && outcome.reason.converged();
-        found.reason = if untouched { Reason::NoContact } else { outcome.reason };
-        found.history = outcome.history;
-        (found.updates, found.gap_threshold) = (driver.updates as u64, driver.gap_threshold());
-        (found.force_steps, found.displacement_steps) =
-            (driver.coupling.steps.force as u64, driver.coupling.steps.displacement as u64);
-        [found.free_modes, found.held_modes] = free_and_held_modes(task, driver.coarse, projector);
-        if !found.reason.converged() {
-            found.diagnosis = self.diagnose(task, &driver.flipped);
-        }
-        found.tolerance = driver.limits.tolerance;
-        found.round_off = driver.round_off;
-        if let (Some(residual), Tolerance::Fixed(_), 0) =
-            (driver.round_off, case.alternation.tolerance, plan.groups.own)
-        {
-            found.warnings.push(format!(
-                "round-off ends the alternation at a gap residual of {residual:.1e}, above the tolerance of {:.1e}",
-                found.tolerance
-            ));
-        }
-        // Mortar ends learn the row forces.
-        let ranges = &driver.coupling.ranges;
-        let out: Vec<Vec<f64>> = ranges.iter().map(|range| driver.force[range.clone()].to_vec()).collect();
-        let received = exchange.swap(&out);
-        let mut gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
-        for (end, range) in std::iter::zip(&self.shares.ends, ranges).filter(|(end, _)| end.multiplier) {
-            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law.is_frictional()) else {
-                continue;
-            };
-            let along = range.start + pair.rows.len()..range.end;
-            // Where supports hold both sides along each other nothing slips, whatever the frame makes of it.
-            for (t, touch) in along.zip(driver.touch(range.clone())) {
-                gaps[t] = if touch == Touch::Stick && !driver.active[t] { 0.0 } else { gaps[t] };
-            }
-        }
-        let out_gaps: Vec<Vec<f64>> = ranges.iter().map(|range| gaps[range.clone()].to_vec()).collect();
-        let received_gaps = exchange.swap(&out_gaps);
-        // Where nothing touches, free bodies stay where they are unless the others would then penetrate them.
-        let penetrates = driver.would_penetrate_at_rest();
-        let holds = outcome.reason != Reason::Open || !penetrates;
-        let unrestrained = projector.unrestrained.iter().filter(|_| holds);
-        let modes = std::iter::zip(&task.modes.first, &task.modes.counts);
-        let mut solution = Solution {
-            unrestrained: unrestrained.map(|v| v.as_slice().to_vec()).collect(),
-            force: driver.coupling.bodies.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
-            alpha: modes.map(|(&f, &count)| driver.alpha[f..f + count].to_vec()).collect(),
-            relief: driver.coarse.relief(exchange, &driver.force),
-            pairs: Vec::new(),
-            influences: Vec::new(),
-        };
-        let elastic = driver.elastic_approach();
-        let thickness = case.analysis.thickness();
-        let before = self.known(task, task.before);
-        let states: Vec<Vec<NodeState>> = (0..ranges.len())
-            .map(|i| {
-                let end = &self.shares.ends[i];
-                let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
-                    return Vec::new();
-                };
-                let range = ranges[i].clone();
-                let touch = driver.touch(range.clone());
-                node_states(pair, &plan.surfaces[i], &out[i], &gaps[range], &touch, &before[i])
-            })
-            .collect();
-        let told = |states: &Vec<NodeState>| states.iter().flat_map(|s| [s.status.code(), s.slip]).collect();
-        let received_states = exchange.swap(&states.iter().map(told).collect::<Vec<Vec<f64>>>());
-        found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
-        for (i, end) in self.shares.ends.iter().enumerate() {
-            let mut values = if end.multiplier { out[i].clone() } else { received[i].clone() };
-            end.watched.iter().for_each(|&k| values[k] = 0.0);
-            let values = &values[..];
-            solution.force[end.body][end.rows.clone()].copy_from_slice(values);
-            let Some(pair) = &self.pairs[end.pair] else { continue };
-            let (surface, side) = (&plan.surfaces[i], plan.ends[i].side);
-            if !end.multiplier {
-                found.ends.push(EndFound::of_mortar(
-                    surface,
-                    end.pair,
-                    side,
-                    pair,
-                    values,
-                    &received_gaps[i],
-                    &received_states[i],
-                ));
-                continue;
-            }
-            let range = ranges[i].clone();
-            let touch = driver.touch(range.clone());
-            let unmatched = pair.watched.iter().flatten().filter(|j| touch[**j] != Touch::Open).count();
-            let of_range = [&gaps[range.clone()], &elastic[range]];
-            let states = &states[i];
-            let found_end =
-                EndFound::of_multipliers(surface, side, pair, values, of_range, states, thickness);
-            found.ends.push(EndFound { unmatched, ..found_end });
-            solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
-        }
-        (found, solution)
-    }
-
-    /// What decides the peak pressure of each pair. Collective on the roots.
-    fn influences(
-        &self,
-        task: &Task,
-        driver: &mut ActiveSet<Response>,
-    ) -> Result<Vec<(Influence, Solution)>> {
-        let exchange = task.scene.exchange;
-        let mut found = Vec::new();
-        for pair in 0..task.scene.case.contacts.len() {
-            let Some((value, weights)) = self.peak_of(task, driver, pair) else { continue };
-            let (dual, motion) = driver.influence(weights)?;
-            let rows = driver.coupling.n_rows;
-            let largest = |v: &[f64]| vector::largest(&v[..rows]);
-            let sizes = exchange.max(&[largest(&driver.force), largest(&dual)]);
-            let scale = ratio(sizes[0], sizes[1]);
-            let sum = |a: &[f64], b: &[f64]| -> Vec<f64> {
-                std::iter::zip(a, b).map(|(a, b)| a + scale * b).collect()
-            };
-            let (force, alpha) = (sum(&driver.force, &dual), sum(&driver.alpha, &motion));
-            let changed = self.on_bodies(task, driver, &force, &alpha);
-            let partners = self.partners(task, driver, &dual, pair);
-            found.push((Influence { pair, value, scale, partners }, changed));
-        }
-        Ok(found)
-    }
-
-    /// Mean pressure of the peak of a pair, Pa, and its derivatives by the row forces, 1/m2; `None` if nothing touches.
-    /// Collective on the roots.
-    fn peak_of(&self, task: &Task, driver: &ActiveSet<Response>, pair: usize) -> Option<(f64, Vec<f64>)> {
-        let mut weights = vec![0.0; driver.coupling.n];
-        let mut sums = [0.0; 2];
-        for (range, data) in self.multipliers(driver).filter(|(_, data)| data.number == pair) {
-            let force = &driver.force[range.clone()];
-            let pressure: Vec<f64> = std::iter::zip(force, &data.rows).map(|(f, row)| f / row.area).collect();
-            let least = TOP * pressure.iter().copied().fold(0.0, larger);
-            for j in (0..force.len()).filter(|&j| pressure[j] > 0.0 && pressure[j] >= least) {
-                weights[range.start + j] = 1.0;
-                sums[0] += force[j];
-                sums[1] += data.rows[j].area;
-            }
-        }
-        let [force, area] = task.scene.exchange.sum(&sums)[..] else { return None };
-        weights.iter_mut().for_each(|w| *w /= area);
-        (area > 0.0).then(|| (force / area, weights))
-    }
-
-    /// [`Influence::partners`]. Collective on the roots.
-    fn partners(&self, task: &Task, driver: &ActiveSet<Response>, dual: &[f64], pair: usize) -> [f64; 2] {
-        let thickness = task.scene.case.analysis.thickness();
-        let mut sums = [0.0; 2];
-        for (range, data) in self.multipliers(driver).filter(|(_, data)| data.moduli[1].is_finite()) {
-            let forces = [&driver.force[range.clone()], &dual[range]];
-            let stiffness = data.moduli.map(|modulus| modulus * thickness);
-            let missing = || coarse::missing(&data.rows, &data.grain, forces, stiffness);
-            // Near the peak itself a dual solution is as rough as the mesh: only a partner that is coarser tells.
-            match (data.number == pair, coarse::coarseness(&data.rows, forces[0])) {
-                (true, coarseness) if coarseness > 0.0 => sums[0] += coarseness * missing(),
-                (true, _) => {}
-                (false, _) => sums[1] += missing(),
-            }
-        }
-        let sums = task.scene.exchange.sum(&sums);
-        [sums[0], sums[1]]
-    }
-
-    /// The pairs whose multipliers this rank holds, with the rows' places in a row vector.
-    fn multipliers(&self, driver: &ActiveSet<Response>) -> impl Iterator<Item = (Range<usize>, &Pair)> {
-        let ranges = driver.coupling.ranges.clone();
-        let ends = std::iter::zip(&self.shares.ends, ranges).filter(|(end, _)| end.multiplier);
-        ends.filter_map(|(end, range)| Some((range, self.pairs[end.pair].as_ref()?)))
-    }
-
-    /// Row forces and motions, body by body. Collective on the roots.
-    fn on_bodies(&self, task: &Task, driver: &ActiveSet<Response>, force: &[f64], alpha: &[f64]) -> Solution {
-        let exchange = task.scene.exchange;
-        let out: Vec<Vec<f64>> =
-            driver.coupling.ranges.iter().map(|range| force[range.clone()].to_vec()).collect();
-        let received = exchange.swap(&out);
-        let modes = std::iter::zip(&task.modes.first, &task.modes.counts);
-        let mut solution = Solution {
-            force: driver.coupling.bodies.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
-            alpha: modes.map(|(&f, &count)| alpha[f..f + count].to_vec()).collect(),
-            relief: driver.coarse.relief(exchange, force),
-            ..Solution::default()
-        };
-        for (i, end) in self.shares.ends.iter().enumerate() {
-            let values = if end.multiplier { &out[i] } else { &received[i] };
-            solution.force[end.body][end.rows.clone()].copy_from_slice(values);
-        }
-        solution
-    }
-
-    /// A warning for each pair whose gaps depend on what the nodes of a mesh do not tell: curve or polygon. `elastic`: what
-    /// the contact forces change of each gap, m.
-    fn unclear_curves(&self, task: &Task, gaps: &[f64], elastic: &[f64], active: &[bool]) -> Vec<String> {
-        let mut warnings = Vec::new();
-        let mut next = 0;
-        for end in self.shares.ends.iter().filter(|end| end.multiplier) {
-            let first = next;
-            next += end.rows.len();
-            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law != Law::Tied) else {
-                continue;
-            };
-            let near = (0..pair.rows.len()).filter(|j| active[first + j] || gaps[first + j] < pair.doubt[*j]);
-            let doubt = near.map(|j| pair.doubt[j]).fold(0.0, larger);
-            let elastic = elastic[first..first + pair.rows.len()].iter().copied().fold(0.0, larger);
-            if doubt > UNCLEAR * elastic {
-                warnings.push(format!(
-                    "contact '{}': the nodes of a mesh from a file do not tell whether its sides are those of a polygon, which they \
-                     are taken for, or of a coarse curve, which would lie {doubt:.1e} m from them; the contact forces move \
-                     the surfaces by {elastic:.1e} m: use a finer mesh or quadratic cells",
-                    task.scene.case.contacts[end.pair].name
-                ));
-            }
-        }
-        warnings
-    }
-
-    /// What a user can do about a failure: the nodes that do not settle, pair by pair, where they have rows of their own.
-    fn diagnose(&self, task: &Task, flipped: &[usize]) -> Vec<String> {
-        let mut lines = Vec::new();
-        let mut first = 0;
-        for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
-            let Some(pair) = &self.pairs[end.pair] else { continue };
-            let range = first..first + pair.n_own;
-            first += end.rows.len();
-            let points: Vec<String> = flipped
-                .iter()
-                .filter(|j| range.contains(j))
-                .map(|j| {
-                    let x = task.scene.plan.surfaces[i].points[pair.rows[j - range.start].node as usize];
-                    format!("({:.4e}, {:.4e})", x[0], x[1])
-                })
-                .collect();
-            if !points.is_empty() {
-                let shown = points.len().min(6);
-                lines.push(format!(
-                    "contact '{}': {} node(s) still change between {}, near {}{}",
-                    task.scene.case.contacts[end.pair].name,
-                    points.len(),
-                    if pair.law.is_frictional() { "open, sticking and slipping" } else { "open and closed" },
-                    points[..shown].join(", "),
-                    if points.len() > shown { ", ..." } else { "" }
-                ));
-            }
-        }
-        lines
-    }
-}
-
-/// The nodes of the multipliers as they are left: the slips since the last accepted state are added to those before.
-fn node_states(
-    pair: &Pair,
-    surface: &Surface,
-    force: &[f64],
-    gap: &[f64],
-    touch: &[Touch],
-    before: &[Option<NodeState>],
-) -> Vec<NodeState> {
-    let n = pair.rows.len();
-    let state = |(j, row): (usize, &Row)| {
-        let before = before.get(j).copied().flatten();
-        let slip = if touch[j].slips().is_some() { -gap[n + j] } else { 0.0 };
-        // It slips at the bound, which goes with the normal force.
-        let bound = |force: f64| pair.law.friction() * larger(force, 0.0) + pair.law.shear() * row.area;
-        let bounds = || 0.5 * (before.map_or(0.0, |b| bound(b.force)) + bound(force[j]));
-        let work = if slip == 0.0 { 0.0 } else { bounds() * slip.abs() };
-        NodeState {
-            node: surface.nodes[row.node as usize],
-            force: force[j],
-            tangential: force.get(n + j).copied().unwrap_or(0.0),
-            slip: before.map_or(0.0, |b| b.slip) + slip,
-            dissipated: before.map_or(0.0, |b| b.dissipated) + work,
-            status: touch[j],
-        }
-    };
-    pair.own_rows().iter().enumerate().map(state).collect()
 }
 
 /// Relative error of the pressure that row forces show; `None` if none of them is in contact.
@@ -770,22 +407,6 @@ fn ends_with_rows<'s>(
     ends.iter()
         .filter(|end| end.multiplier)
         .filter_map(|end| Some((end, &pairs[end.pair].as_ref()?.rows[..])))
-}
-
-/// "body\tmode" of each rigid motion of this rank's bodies: those that nothing restrains, and those that contact holds.
-fn free_and_held_modes(task: &Task, coarse: &Coarse, projector: &Projector) -> [Vec<String>; 2] {
-    let Scene { case, plan, .. } = task.scene;
-    let free = projector.free_modes(task.modes.total);
-    let [mut unheld, mut held] = [Vec::new(), Vec::new()];
-    for (b, (&first, &n)) in std::iter::zip(&task.modes.first, &task.modes.counts).enumerate() {
-        let body = &case.bodies[plan.groups.bodies()[b]].name;
-        // Soft modes have a stiffness of their own.
-        for k in (first..first + n).filter(|k| coarse.stiffness[*k] == 0.0) {
-            let line = format!("{body}\t{}", (task.names)(b, k - first));
-            if free.contains(&k) { unheld.push(line) } else { held.push(line) }
-        }
-    }
-    [unheld, held]
 }
 
 /// Holds the bodies' motions along their own surfaces, unless the loads drive them. Collective on the roots.

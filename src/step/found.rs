@@ -221,7 +221,8 @@ impl EndFound {
             active: active.iter().filter(|a| **a).count(),
             candidates: n,
             unmatched: 0,
-            penetration: gaps.iter().map(|g| -g).fold(0.0, larger),
+            // Bonded surfaces must not open either.
+            penetration: worst(gaps.iter().map(|g| if data.law == Law::Tied { g.abs() } else { -g })),
             beyond: 0.0,
             complementarity,
             approach: worst(elastic.iter().copied()),

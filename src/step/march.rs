@@ -4,7 +4,7 @@ use super::{
     found::Found,
     state::State,
     task::{Scene, Target},
-    way::{DEPENDS, LEAST_SLIDING, Pace, Way, any_slips, difference, pace_by, turnover},
+    way::{DEPENDS, LEAST_SLIDING, Pace, Way, depends_on_way, difference, pace_by, turnover},
 };
 use crate::{
     body::LoadFactors,
@@ -81,8 +81,10 @@ pub(crate) fn march<'p>(
                         }
                         false => 0.0,
                     };
-                    let changed = turnover(&state.pairs, &advanced.state.pairs, world);
-                    let changed = pace_by(changed, depends);
+                    let changed = match pace.is_automatic() {
+                        true => pace_by(turnover(&state.pairs, &advanced.state.pairs, world), depends),
+                        false => 0.0,
+                    };
                     if advanced.found.reason.converged() && pace.is_too_large(changed) && pace.halve(reached)
                     {
                         before = Some(advanced.found);
@@ -140,7 +142,7 @@ fn divided(
     whole: &State,
 ) -> Result<f64> {
     let world = &scene.plan.groups.world;
-    if !any_slips(&whole.pairs, world) {
+    if !depends_on_way(&from.pairs, &whole.pairs, world) {
         return Ok(0.0);
     }
     let mut to = |state: &State, factors: &LoadFactors| -> Result<Option<State>> {

@@ -3,10 +3,13 @@
 mod advance;
 mod contacts;
 mod found;
+mod influence;
+mod known;
 mod length;
 mod march;
 mod neutral;
 mod place;
+mod report;
 mod rows;
 mod state;
 mod task;

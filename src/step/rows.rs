@@ -513,10 +513,13 @@ pub(crate) fn held_nodes(case: &Case, plan: &Plan, exchange: &Exchange) -> Resul
         };
         own.push(std::iter::zip(&surface.nodes, &surface.normals).map(is_held).collect::<Vec<Held>>());
     }
-    let told = |held: &Held| held.map(|h| f64::from(u8::from(h)));
-    let out: Vec<Vec<f64>> = own.iter().map(|held| held.iter().flat_map(told).collect()).collect();
+    // Without friction nobody asks for the second.
+    let told = if case.has_friction() { 2 } else { 1 };
+    let flags = |held: &Held| held.map(|h| f64::from(u8::from(h))).into_iter().take(told);
+    let out: Vec<Vec<f64>> = own.iter().map(|held| held.iter().flat_map(flags).collect()).collect();
     let received = exchange.swap(&out);
     // Of a rigid surface nothing is received: all its nodes are held.
-    let heard = |other: &[f64]| other.as_chunks::<2>().0.iter().map(|h| h.map(|h| h > 0.5)).collect();
+    let held = |flags: &[f64]| [0, 1].map(|k| flags.get(k).is_some_and(|flag| *flag > 0.5));
+    let heard = |other: &[f64]| other.chunks_exact(told).map(held).collect();
     Ok(std::iter::zip(own, received).map(|(own, other)| [own, heard(&other)]).collect())
 }

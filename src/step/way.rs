@@ -1,5 +1,5 @@
 //! The way from one load step to the next, and how it is divided into increments.
-use super::state::{NodeState, PairState};
+use super::state::{NodeState, PairState, State};
 use crate::{
     body::LoadFactors,
     case::{Increments, PathCase, StepCase},
@@ -19,7 +19,7 @@ const LEAST_AUTOMATIC: f64 = 1.0 / 64.0;
 
 /// Least share of the way that is tried where a body that friction holds begins to slide: the load at which it does is known to
 /// a millionth.
-pub(super) const LEAST_SLIDING: f64 = 1.0 / (1 << 20) as f64;
+pub(super) const LEAST_SLIDING: f64 = 1.0 / (1 << 21) as f64;
 
 /// Share of a pair's candidates that may open or close in an automatic increment.
 const TURNOVER: f64 = 0.2;
@@ -29,6 +29,9 @@ const EASE: f64 = 0.5 * TURNOVER;
 
 /// Change of the tangential forces, relative to what they would be at the end of the step, that dividing an increment in two may make.
 pub(super) const DEPENDS: f64 = 0.01;
+
+/// Change of the normal forces, relative to the largest, below which they are the same: a tenth of what [`DEPENDS`] looks for.
+const STEADY: f64 = 0.1 * DEPENDS;
 
 /// Shares of the way that differ by less are the same.
 const SAME: f64 = 1e-9;
@@ -131,6 +134,11 @@ impl Pace {
         possible
     }
 
+    /// True if increments follow the contact.
+    pub fn is_automatic(&self) -> bool {
+        self.automatic
+    }
+
     /// True if so much of the contact has turned over that the increment is to be [halved](Pace::halve).
     pub fn is_too_large(&self, turnover: f64) -> bool {
         self.automatic && turnover > TURNOVER
@@ -165,10 +173,21 @@ pub(super) fn pace_by(turnover: f64, depends: f64) -> f64 {
     larger(turnover, TURNOVER * depends / DEPENDS)
 }
 
-/// True if a node slips. Collective.
-pub(super) fn any_slips(pairs: &[PairState], world: &SimpleCommunicator) -> bool {
-    let slips = pairs.iter().flat_map(|pair| &pair.nodes).any(|node| node.status.slips().is_some());
-    parallel::max(world, &[f64::from(u8::from(slips))])[0] > 0.0
+/// True if nodes slip while normal forces change: then the tangential forces depend on the way. Collective.
+pub(super) fn depends_on_way(before: &[PairState], after: &[PairState], world: &SimpleCommunicator) -> bool {
+    let old = State::nodes(before);
+    // Whether any slips, the largest change of a normal force, and the largest normal force.
+    let mut most = [0.0_f64; 3];
+    for pair in after {
+        for node in &pair.nodes {
+            let old = old.get(&(pair.pair, pair.side, node.node)).map_or(0.0, |old| old.force);
+            let slips = f64::from(u8::from(node.status.slips().is_some()));
+            let own = [slips, (node.force - old).abs(), node.force.abs()];
+            std::iter::zip(&mut most, own).for_each(|(most, own)| *most = larger(*most, own));
+        }
+    }
+    let [slips, change, force] = parallel::max(world, &most)[..] else { return false };
+    slips > 0.0 && change > STEADY * force
 }
 
 /// Norm of the difference of the tangential forces of two states of the same pairs over that of the first. Collective.

@@ -1,0 +1,235 @@
+//! What a driver found on the contact rows, for the results, for the bodies and for the next step.
+use super::{
+    contacts::Contacts,
+    found::{EndFound, Found},
+    rows::Pair,
+    state::{NodeState, PairState},
+    task::{Scene, Solution, Task},
+};
+use crate::{
+    body::Response,
+    case::Tolerance,
+    contact::{Law, Row, Surface},
+    record::Reason,
+    schwarz::{ActiveSet, Coarse, Outcome, Projector, Respond, Touch},
+    vector::larger,
+};
+
+/// Sagittas in doubt beyond this share of what the contact forces move the surfaces by change the pressure by as much.
+const UNCLEAR: f64 = 0.01;
+
+impl Contacts {
+    /// What the driver found, for the results and for the bodies. Collective on the roots.
+    pub(super) fn report(
+        &self,
+        task: &Task,
+        driver: &ActiveSet<Response>,
+        projector: &Projector,
+        outcome: Outcome,
+    ) -> (Found, Solution) {
+        let Scene { case, plan, exchange } = task.scene;
+        let mut found = Found::none();
+        let untouched = case.contacts.is_empty() && outcome.reason.converged();
+        found.reason = if untouched { Reason::NoContact } else { outcome.reason };
+        found.history = outcome.history;
+        (found.updates, found.gap_threshold) = (driver.updates as u64, driver.gap_threshold());
+        (found.force_steps, found.displacement_steps) =
+            (driver.coupling.steps.force as u64, driver.coupling.steps.displacement as u64);
+        [found.free_modes, found.held_modes] = free_and_held_modes(task, driver.coarse, projector);
+        if !found.reason.converged() {
+            found.diagnosis = self.diagnose(task, &driver.flipped);
+        }
+        found.tolerance = driver.limits.tolerance;
+        found.round_off = driver.round_off;
+        if let (Some(residual), Tolerance::Fixed(_), 0) =
+            (driver.round_off, case.alternation.tolerance, plan.groups.own)
+        {
+            found.warnings.push(format!(
+                "round-off ends the alternation at a gap residual of {residual:.1e}, above the tolerance of {:.1e}",
+                found.tolerance
+            ));
+        }
+        // Mortar ends learn the row forces.
+        let ranges = &driver.coupling.ranges;
+        let out: Vec<Vec<f64>> = ranges.iter().map(|range| driver.force[range.clone()].to_vec()).collect();
+        let received = exchange.swap(&out);
+        let mut gaps: Vec<f64> = (0..driver.coupling.n).map(|j| driver.gap_at(j)).collect();
+        for (end, range) in std::iter::zip(&self.shares.ends, ranges).filter(|(end, _)| end.multiplier) {
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law.is_frictional()) else {
+                continue;
+            };
+            let along = range.start + pair.rows.len()..range.end;
+            // Where supports hold both sides along each other nothing slips, whatever the frame makes of it.
+            for (t, touch) in along.zip(driver.touch(range.clone())) {
+                gaps[t] = if touch == Touch::Stick && !driver.active[t] { 0.0 } else { gaps[t] };
+            }
+        }
+        let out_gaps: Vec<Vec<f64>> = ranges.iter().map(|range| gaps[range.clone()].to_vec()).collect();
+        let received_gaps = exchange.swap(&out_gaps);
+        // Where nothing touches, free bodies stay where they are unless the others would then penetrate them.
+        let penetrates = driver.would_penetrate_at_rest();
+        let holds = outcome.reason != Reason::Open || !penetrates;
+        let unrestrained = projector.unrestrained.iter().filter(|_| holds);
+        let modes = std::iter::zip(&task.modes.first, &task.modes.counts);
+        let mut solution = Solution {
+            unrestrained: unrestrained.map(|v| v.as_slice().to_vec()).collect(),
+            force: driver.coupling.bodies.iter().map(|r| vec![0.0; r.n_rows()]).collect(),
+            alpha: modes.map(|(&f, &count)| driver.alpha[f..f + count].to_vec()).collect(),
+            relief: driver.coarse.relief(exchange, &driver.force),
+            pairs: Vec::new(),
+            influences: Vec::new(),
+        };
+        let elastic = driver.elastic_approach();
+        let thickness = case.analysis.thickness();
+        let before = self.known(task, task.before);
+        let states: Vec<Vec<NodeState>> = (0..ranges.len())
+            .map(|i| {
+                let end = &self.shares.ends[i];
+                let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
+                    return Vec::new();
+                };
+                let range = ranges[i].clone();
+                let touch = driver.touch(range.clone());
+                node_states(pair, &plan.surfaces[i], &out[i], &gaps[range], &touch, &before[i])
+            })
+            .collect();
+        let told = |states: &Vec<NodeState>| states.iter().flat_map(|s| [s.status.code(), s.slip]).collect();
+        let received_states = match case.has_friction() {
+            true => exchange.swap(&states.iter().map(told).collect::<Vec<Vec<f64>>>()),
+            false => vec![Vec::new(); ranges.len()],
+        };
+        found.warnings.extend(self.unclear_curves(task, &gaps, &elastic, &driver.active));
+        for (i, end) in self.shares.ends.iter().enumerate() {
+            let mut values = if end.multiplier { out[i].clone() } else { received[i].clone() };
+            end.watched.iter().for_each(|&k| values[k] = 0.0);
+            let values = &values[..];
+            solution.force[end.body][end.rows.clone()].copy_from_slice(values);
+            let Some(pair) = &self.pairs[end.pair] else { continue };
+            let (surface, side) = (&plan.surfaces[i], plan.ends[i].side);
+            if !end.multiplier {
+                found.ends.push(EndFound::of_mortar(
+                    surface,
+                    end.pair,
+                    side,
+                    pair,
+                    values,
+                    &received_gaps[i],
+                    &received_states[i],
+                ));
+                continue;
+            }
+            let range = ranges[i].clone();
+            let touch = driver.touch(range.clone());
+            let unmatched = pair.watched.iter().flatten().filter(|j| touch[**j] != Touch::Open).count();
+            let of_range = [&gaps[range.clone()], &elastic[range]];
+            let states = &states[i];
+            let found_end =
+                EndFound::of_multipliers(surface, side, pair, values, of_range, states, thickness);
+            found.ends.push(EndFound { unmatched, ..found_end });
+            solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
+        }
+        (found, solution)
+    }
+
+    /// A warning for each pair whose gaps depend on what the nodes of a mesh do not tell: curve or polygon. `elastic`: what
+    /// the contact forces change of each gap, m.
+    fn unclear_curves(&self, task: &Task, gaps: &[f64], elastic: &[f64], active: &[bool]) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let mut next = 0;
+        for end in self.shares.ends.iter().filter(|end| end.multiplier) {
+            let first = next;
+            next += end.rows.len();
+            let Some(pair) = self.pairs[end.pair].as_ref().filter(|pair| pair.law != Law::Tied) else {
+                continue;
+            };
+            let near = (0..pair.rows.len()).filter(|j| active[first + j] || gaps[first + j] < pair.doubt[*j]);
+            let doubt = near.map(|j| pair.doubt[j]).fold(0.0, larger);
+            let elastic = elastic[first..first + pair.rows.len()].iter().copied().fold(0.0, larger);
+            if doubt > UNCLEAR * elastic {
+                warnings.push(format!(
+                    "contact '{}': the nodes of a mesh from a file do not tell whether its sides are those of a polygon, which they \
+                     are taken for, or of a coarse curve, which would lie {doubt:.1e} m from them; the contact forces move \
+                     the surfaces by {elastic:.1e} m: use a finer mesh or quadratic cells",
+                    task.scene.case.contacts[end.pair].name
+                ));
+            }
+        }
+        warnings
+    }
+
+    /// What a user can do about a failure: the nodes that do not settle, pair by pair, where they have rows of their own.
+    fn diagnose(&self, task: &Task, flipped: &[usize]) -> Vec<String> {
+        let mut lines = Vec::new();
+        let mut first = 0;
+        for (i, end) in self.shares.ends.iter().enumerate().filter(|(_, end)| end.multiplier) {
+            let Some(pair) = &self.pairs[end.pair] else { continue };
+            let range = first..first + pair.n_own;
+            first += end.rows.len();
+            let points: Vec<String> = flipped
+                .iter()
+                .filter(|j| range.contains(j))
+                .map(|j| {
+                    let x = task.scene.plan.surfaces[i].points[pair.rows[j - range.start].node as usize];
+                    format!("({:.4e}, {:.4e})", x[0], x[1])
+                })
+                .collect();
+            if !points.is_empty() {
+                let shown = points.len().min(6);
+                lines.push(format!(
+                    "contact '{}': {} node(s) still change between {}, near {}{}",
+                    task.scene.case.contacts[end.pair].name,
+                    points.len(),
+                    if pair.law.is_frictional() { "open, sticking and slipping" } else { "open and closed" },
+                    points[..shown].join(", "),
+                    if points.len() > shown { ", ..." } else { "" }
+                ));
+            }
+        }
+        lines
+    }
+}
+
+/// The nodes of the multipliers as they are left: the slips since the last accepted state are added to those before.
+fn node_states(
+    pair: &Pair,
+    surface: &Surface,
+    force: &[f64],
+    gap: &[f64],
+    touch: &[Touch],
+    before: &[Option<NodeState>],
+) -> Vec<NodeState> {
+    let n = pair.rows.len();
+    let state = |(j, row): (usize, &Row)| {
+        let before = before.get(j).copied().flatten();
+        let slip = if touch[j].slips().is_some() { -gap[n + j] } else { 0.0 };
+        // It slips at the bound, which goes with the normal force.
+        let bound = |force: f64| pair.law.friction() * larger(force, 0.0) + pair.law.shear() * row.area;
+        let bounds = || 0.5 * (before.map_or(0.0, |b| bound(b.force)) + bound(force[j]));
+        let work = if slip == 0.0 { 0.0 } else { bounds() * slip.abs() };
+        NodeState {
+            node: surface.nodes[row.node as usize],
+            force: force[j],
+            tangential: force.get(n + j).copied().unwrap_or(0.0),
+            slip: before.map_or(0.0, |b| b.slip) + slip,
+            dissipated: before.map_or(0.0, |b| b.dissipated) + work,
+            status: touch[j],
+        }
+    };
+    pair.own_rows().iter().enumerate().map(state).collect()
+}
+
+/// "body\tmode" of each rigid motion of this rank's bodies: those that nothing restrains, and those that contact holds.
+fn free_and_held_modes(task: &Task, coarse: &Coarse, projector: &Projector) -> [Vec<String>; 2] {
+    let Scene { case, plan, .. } = task.scene;
+    let free = projector.free_modes(task.modes.total);
+    let [mut unheld, mut held] = [Vec::new(), Vec::new()];
+    for (b, (&first, &n)) in std::iter::zip(&task.modes.first, &task.modes.counts).enumerate() {
+        let body = &case.bodies[plan.groups.bodies()[b]].name;
+        // Soft modes have a stiffness of their own.
+        for k in (first..first + n).filter(|k| coarse.stiffness[*k] == 0.0) {
+            let line = format!("{body}\t{}", (task.names)(b, k - first));
+            if free.contains(&k) { unheld.push(line) } else { held.push(line) }
+        }
+    }
+    [unheld, held]
+}
