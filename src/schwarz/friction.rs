@@ -210,14 +210,13 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let of_node = |p: usize, k: usize| {
             let normal = first[p] + k;
             let tangential = (first[p + 1] - first[p] > nodes[p].len()).then(|| normal + nodes[p].len());
-            // Supports hold both sides along each other: what they carry is theirs.
-            let tangential = tangential.filter(|&t| f[t * n + t] > HELD_COMPLIANCE);
             Node {
                 normal,
                 tangential,
                 friction: friction[normal],
                 shear: shear[normal] * scale[normal],
                 bonded: bonded[normal] > 0.0,
+                held: tangential.is_some_and(|t| f[t * n + t] <= HELD_COMPLIANCE),
             }
         };
         let all = (0..n_pairs).flat_map(|p| (0..nodes[p].len()).map(move |k| (p, k)));
@@ -294,7 +293,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 self.active[range.start + k] = touch != Touch::Open;
                 if range.len() > n {
                     self.touch[range.start + n + k] = touch;
-                    let acts = dense.problem.nodes[node].tangential.is_some();
+                    let acts = dense.problem.nodes[node].free().is_some();
                     self.active[range.start + n + k] = acts && touch == Touch::Stick;
                 }
             }

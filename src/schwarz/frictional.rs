@@ -38,11 +38,15 @@ const NONE: f64 = 1e-12;
 /// Newton updates before another start, or another method, is tried. The hardest of 348 problems that it solved took 29.
 const UPDATES: usize = 60;
 
+/// What the loads do on free motions and forces do not take up, relative to all they do: more is no equilibrium.
+const UNBALANCED: f64 = 1e-9;
+
 /// The same, relative to what all forces together could do.
 const ROUNDED: f64 = 1e-12;
 
-/// What the loads do on free motions and forces do not take up, relative to all they do: more is no equilibrium.
-const UNBALANCED: f64 = 1e-9;
+/// Slips that supports prescribe below this share of the elastic approach of the pair are what directions of a faceted surface
+/// differ by from those of its supports.
+const PRESCRIBED: f64 = 1e-3;
 
 /// What a contact node does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -100,9 +104,16 @@ pub(super) struct Node {
     pub shear: f64,
     /// Never open, in tension neither.
     pub bonded: bool,
+    /// Supports prescribe both sides along each other: the slip is known, and no tangential force changes it.
+    pub held: bool,
 }
 
 impl Node {
+    /// The tangential row of a node that can be held by its force.
+    pub fn free(&self) -> Option<usize> {
+        self.tangential.filter(|_| !self.held)
+    }
+
     /// Largest tangential force at the normal force `r`.
     pub fn bound(&self, r: f64) -> f64 {
         match self.friction.is_finite() {
@@ -246,7 +257,7 @@ impl Frictional {
                     _ => (node.normal, 0.0),
                 },
             ]);
-            if let (None, Some(t)) = (state.slips(), node.tangential) {
+            if let (None, Some(t)) = (state.slips(), node.free()) {
                 rows.push(t);
                 acts.push([(t, 1.0), (t, 0.0)]);
             }
@@ -358,6 +369,10 @@ impl Frictional {
                     state => {
                         let Some(t) = node.tangential else { continue };
                         let (y, none) = at(t);
+                        if node.held {
+                            next[j] = prescribed(node, y, PRESCRIBED * approach);
+                            continue;
+                        }
                         self.tangential(state, node, [r, forces.x[t]], y, [NONE * force, none])
                     }
                 };
@@ -366,8 +381,8 @@ impl Frictional {
         Ok(next)
     }
 
-    /// What a node that touches does tangentially: the projection of the trial force T - c y on what the node can bear, with
-    /// one c for all nodes: the reciprocal of the mean compliance, 1.
+    /// What a node that touches does tangentially: one that sticks slips where its force is beyond the bound, one that slips sticks
+    /// where it has slipped the other way.
     fn tangential(
         &self,
         state: Touch,
@@ -385,11 +400,16 @@ impl Frictional {
             };
         };
         // Against its direction.
-        let back = sign * y;
-        if back <= no_slip {
-            return state;
-        }
-        Touch::Stick
+        if sign * y > no_slip { Touch::Stick } else { state }
+    }
+}
+
+/// What a node does whose slip -`y` supports prescribe; less than `none` is what their frames leave of a direction.
+fn prescribed(node: &Node, y: f64, none: f64) -> Touch {
+    match node.friction.is_finite() && y.abs() > none {
+        true if y < 0.0 => Touch::Forwards,
+        true => Touch::Backwards,
+        false => Touch::Stick,
     }
 }
 
@@ -422,7 +442,8 @@ mod tests {
         };
         let a =
             Symmetric::from_lower_rows(2 * n, (0..4 * n * n).map(|k| at(k / (2 * n), k % (2 * n))).collect());
-        let node = |j| Node { normal: j, tangential: Some(n + j), friction, shear: 0.0, bonded: false };
+        let node =
+            |j| Node { normal: j, tangential: Some(n + j), friction, shear: 0.0, bonded: false, held: false };
         let nodes = (0..n).map(node).collect();
         (
             Frictional {
@@ -514,7 +535,14 @@ mod tests {
         let n = 3;
         let diagonal = |k: usize| if k / 6 == k % 6 { 1.0 } else { 0.0 };
         let a = Symmetric::from_lower_rows(6, (0..36).map(diagonal).collect());
-        let node = |j| Node { normal: j, tangential: Some(n + j), friction: 0.3, shear: 0.0, bonded: false };
+        let node = |j| Node {
+            normal: j,
+            tangential: Some(n + j),
+            friction: 0.3,
+            shear: 0.0,
+            bonded: false,
+            held: false,
+        };
         // Down and along; the modes' outward row displacements.
         let modes = vec![vec![1.0, 1.0, 1.0, 0.0, 0.0, 0.0], vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0]];
         let q = Frictional {

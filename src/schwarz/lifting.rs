@@ -136,7 +136,7 @@ impl Path<'_> {
                 _ if !node.bonded => limits.push((r, dr, Touch::Open)),
                 _ => {}
             }
-            let Some(t) = node.tangential.filter(|_| node.friction.is_finite()) else { return limits };
+            let Some(t) = node.free().filter(|_| node.friction.is_finite()) else { return limits };
             match state.slips() {
                 None => {
                     let (force, d) = value(t);
@@ -212,7 +212,7 @@ impl Path<'_> {
         (j, beyond): (usize, Touch),
     ) -> Result<Option<(Vec<Touch>, [Point; 2], bool)>> {
         let closes = states[j] == Touch::Open;
-        let candidate = match self.problem.nodes[j].tangential {
+        let candidate = match self.problem.nodes[j].free() {
             // Without force it slips wherever it has got to.
             Some(t) if closes && self.problem.nodes[j].friction.is_finite() => {
                 let [(_, gap), (_, rate)] = line;

@@ -26,6 +26,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 friction: rows.law.friction(),
                 shear: rows.law.shear() * rows.area.get(k).copied().unwrap_or(1.0),
                 bonded: rows.law == Law::Tied,
+                held: false,
             };
             nodes.extend((0..range.len().min(n)).map(of_row));
         }

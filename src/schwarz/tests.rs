@@ -220,7 +220,7 @@ fn on_posts(law: Law, motion: f64, known: Option<Known>) -> (Reason, Touch, f64)
         ..PairRows::default()
     };
     let rows = [rows, PairRows::default()];
-    let limits = Limits { tolerance: 1e-12, max_alternations: 100, friction: false };
+    let limits = Limits { tolerance: 1e-12, max_alternations: 100, friction: true };
     let mut state = ActiveSet::new(&mut coupling, &rows, &coarse, limits, 1, 1);
     let outcome = state.relax(Weights::Stiffness, known, |_| {}).unwrap();
     assert!((state.force[0] - 1.5).abs() < 1e-12, "{:?}", state.force);

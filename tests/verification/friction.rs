@@ -100,7 +100,9 @@ fn partial_slip_is_cattaneo_and_mindlins() {
             let peak = worst(table.pressure.iter().copied());
             let beyond = |i: usize| along[i].abs() - 0.3 * table.pressure[i].max(0.0);
             assert!((0..table.s.len()).all(|i| beyond(i) <= 1e-10 * peak), "{what}");
-            assert!(value(&summary, "updates") <= 8.0 * 2.0, "{what}");
+            for step in summary["steps"].as_array().expect("steps") {
+                assert!(step["updates"].as_u64().is_some_and(|n| n <= 8), "{what}: {step}");
+            }
             near(value(&summary, "pairs.pair.friction.force").abs(), share * 3e5, 1e-6 * 3e5, &what);
         }
     }
@@ -112,7 +114,7 @@ fn shear_that_turns_back_leaves_tractions_behind() {
     for last in 2..path.len() {
         let (_, results) = solve_all(&discs(0.3, 40.0, A_OVER_B, &path[..=last]), 1, &[]);
         let found = tractions(multipliers(&results, 0), 0.3);
-        let size = found.iter().map(|f| f.1.abs()).fold(0.0, f64::max);
+        let size = worst(found.iter().map(|f| f.1.abs()));
         let error = found.iter().map(|&(x, q)| (q - reversed(x, 0.6, path[last])).powi(2)).sum::<f64>();
         let error = (error / found.len() as f64).sqrt();
         assert!(error < 0.012 * size, "{}: {error:e} of {size}", path[last]);
@@ -155,9 +157,9 @@ fn cycles_of_shear_close_and_dissipate_alike() {
     for cycle in &cycles {
         near(*cycle, cycles[0], 1e-9 * cycles[0], "dissipation of a cycle");
     }
-    // From one turn to the other slips twice what the first shear does: eight times... of the half path, as Mindlin has it.
-    let (half, whole) = (lost[1], lost[2] - lost[1]);
-    assert!(whole > 2.0 * half, "{half} {whole}");
+    // From one turn to the other the same nodes slip twice as far as at first (Masing), at the same bound.
+    let (first, turned) = (lost[1], lost[2] - lost[1]);
+    near(turned, 2.0 * first, 2e-3 * first, "dissipation from one turn to the other");
 }
 
 #[test]
@@ -269,12 +271,39 @@ fn a_block_slides_at_mu_n() {
             assert!(log.contains("body 'block'") && log.contains("translation"), "{log}");
             let told = log.split("path push = ").nth(1).and_then(|rest| rest.split_whitespace().next());
             let share: f64 = told.and_then(|told| told.trim_end_matches(',').parse().ok()).expect("a factor");
-            assert!(share <= 1.0 / 1.01 && share > 1.0 / 1.01 - 2e-6, "{share}");
+            assert!(share <= 1.0 / 1.01 && share > 1.0 / 1.01 - 1e-6, "{share}");
             assert!(kept.is_some_and(|kept| kept["converged"] == false));
         }
         let summary = solve(&block(angle, 9e3, "law = \"rough\""));
         assert_eq!(summary["pairs"][0]["friction"]["slipping"], 0);
     }
+}
+
+/// The floor is dragged under a block that is held on the left: when all slips, every further travel is slip, and costs mu N of work.
+#[test]
+fn what_slides_dissipates_mu_n_times_its_travel() {
+    let text = block(0.0, 0.0, "friction = 0.3")
+        .replace("load = [", "support = [{ surface = \"left\", x = 0 }]\nload = [")
+        .replace("rigid = { plane", "rigid = { x = 1e-3, path = \"drag\", plane")
+        + "[[step]]\nname = \"press\"\npaths = { drag = 0 }\n[[step]]\npaths = { drag = 0.5 }\n[[step]]\npaths = { drag = 1 }\n\
+           [[step]]\npaths = { drag = 0.2 }\n";
+    let summary = solve(&text);
+    let of = |step: usize, key: &str| {
+        summary["steps"][step]["pairs"][0]["friction"][key].as_f64().expect("a number")
+    };
+    for (step, sense) in [(1, 1.0), (2, 1.0), (3, -1.0)] {
+        // The block is dragged along, and back: action on the block, side A.
+        let drag = summary["steps"][step]["pairs"][0]["resultant"][0].as_f64().expect("a number");
+        near(drag, sense * 0.3 * 12e3, 1e-6 * 3.6e3, "what drags the block");
+        near(of(step, "slip_length"), 0.06, 1e-12, "length that slips");
+        assert_eq!((of(step, "stick_length"), of(step, "sticking")), (0.0, 0.0));
+    }
+    let work = of(2, "dissipated") - of(1, "dissipated");
+    near(work, 3.6e3 * 0.5e-3, 1e-9 * work, "work of friction");
+    near(of(2, "max_slip") - of(1, "max_slip"), 0.5e-3, 1e-12, "slip");
+    // On the way back the block springs back first: a little less slip than the floor's travel.
+    let back = of(3, "dissipated") - of(2, "dissipated");
+    assert!(back < 3.6e3 * 0.8e-3 && back > 3.6e3 * 0.799e-3, "{back}");
 }
 
 /// A block of 40 x 20 by its own weight on a slope.
