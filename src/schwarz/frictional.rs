@@ -35,7 +35,8 @@ const REFINEMENTS: usize = 8;
 /// approach of the pair.
 const NONE: f64 = 1e-12;
 
-/// Newton updates before another start, or another method, is tried. The hardest of 348 problems that it solved took 29.
+/// Newton updates before another start, or another method, is tried: three to fifteen are usual, and a coefficient of 10 on a fine
+/// mesh takes some forty.
 const UPDATES: usize = 60;
 
 /// What the loads do on free motions and forces do not take up, relative to all they do: more is no equilibrium.

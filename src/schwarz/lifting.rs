@@ -11,7 +11,7 @@ use crate::{
     vector::{larger, largest},
 };
 
-/// Events after which the path is given up, per node: the hardest problems measured took three to five.
+/// Events after which the path is given up, per node: ten times the usual three.
 const EVENTS: usize = 30;
 
 /// Operations after which it is given up: some seconds.
