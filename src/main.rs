@@ -239,6 +239,13 @@ fn run(case: &Case, out: Option<PathBuf>, adapt: &AdaptArgs, world: &SimpleCommu
                 friction.dissipated
             );
         }
+        if let Some(energy) = summary.energy {
+            let heat = energy.heat.map_or_else(String::new, |heat| format!("heat {heat:.6e}, "));
+            println!(
+                "energy: external work {:.6e}, {heat}stored {:.6e}, dissipated {:.6e}, imbalance {:.1e}",
+                energy.external, energy.stored, energy.dissipated, energy.imbalance
+            );
+        }
         let verdict = if summary.converged { "converged" } else { "NOT CONVERGED" };
         println!(
             "{verdict} ({}) after {} alternations: {} Residual {:.1e}, {:.2} s",

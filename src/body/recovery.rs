@@ -28,6 +28,8 @@ pub struct Fields {
     pub cell_strain: Vec<Tensor>,
     /// At the elements' points.
     pub at_points: PointStresses,
+    /// Nodal forces of the stresses at the owned nodes, `dim` components each, N.
+    pub internal: Vec<f64>,
 }
 
 /// Stresses in the plane (11, 22, 12) at the elements' points of all cells of the part, Pa.
@@ -73,6 +75,8 @@ pub struct Balance {
     /// Work of stresses on strains, and of external, contact and support forces on displacements, J; and the sum of
     /// the absolute works.
     pub work: [f64; 3],
+    /// Elastic energy, J.
+    pub stored: f64,
     /// Elastic energy of strains of round-off size, 1e-14, J: a body with less work done on it is not loaded.
     pub noise: f64,
     /// Sum of the sizes of the nodal loads, N.
@@ -151,9 +155,11 @@ impl Body {
             if i < part.n_own_cells {
                 fields.cell_stress.push(SolidElement::mean(&work.geometry, &work.stress));
                 fields.cell_strain.push(SolidElement::mean(&work.geometry, &work.strain));
-                for ((s, e), g) in work.stress.iter().zip(&work.plane_strain).zip(&work.geometry) {
+                let points = work.stress.iter().zip(&work.plane_strain).zip(&work.geometry);
+                for (((s, e), g), t) in points.zip(&work.temperature) {
                     let v = g.area * self.model.thickness;
                     balance.noise += 1e-28 * modulus * v;
+                    balance.stored += v * self.model.law.energy(*s, *t);
                     balance.work[0] += v * (s[0] * e[0] + s[1] * e[1] + s[3] * e[2]);
                     // Where nothing moves the stored energy sets the scale.
                     balance.work[2] += v * (s[0] * s[0] + s[1] * s[1] + s[3] * s[3]) / modulus;
@@ -177,7 +183,24 @@ impl Body {
             balance.round_off[0] += r * r;
             balance.round_off[1] += r;
         }
+        internal.truncate(part.n_owned * dim);
+        fields.internal = internal;
         Ok((fields, balance, of_others))
+    }
+
+    /// Loads and support forces at the owned nodes, N, that hold the body under the nodal forces `internal` of its stresses and
+    /// `contact` of its contacts.
+    pub fn held_by(&self, internal: &[f64], contact: &[f64]) -> Vec<f64> {
+        let dim = self.part.dim;
+        let mut held = self.loads.external_at(&self.loads.factors);
+        for (&i, support) in self.model.constraints.0.iter().filter(|(i, _)| (**i as usize) < self.part.n_owned) {
+            let i = i as usize;
+            let [internal, contact, applied] = [internal, contact, &held[..]].map(|f| vector(f, i, dim));
+            let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);
+            let residual = support.free_part(&unbalanced, dim);
+            (0..dim).for_each(|c| held[i * dim + c] += unbalanced[c] - residual[c]);
+        }
+        held
     }
 
     /// Law and geometry at the quadrature points of a cell, stress and strain there, and the strains in the plane, those of
@@ -207,10 +230,12 @@ impl Body {
         )?;
         work.stress.clear();
         work.strain.clear();
+        work.temperature.clear();
         for (strain, geometry) in work.plane_strain.iter().zip(&work.geometry) {
             let t = temperature(&geometry.n[..n]);
             work.stress.push(self.model.law.stress(*strain, t));
             work.strain.push(self.model.law.strain(*strain, t));
+            work.temperature.push(t);
         }
         Ok(())
     }
@@ -318,5 +343,6 @@ struct Workspace {
     plane_strain: Vec<[f64; 3]>,
     stress: Vec<Tensor>,
     strain: Vec<Tensor>,
+    temperature: Vec<Option<f64>>,
     geometry: Vec<PointGeometry>,
 }

@@ -80,6 +80,15 @@ impl LinearElastic {
         [strain[0], strain[1], zz, 0.5 * strain[2], 0., 0.]
     }
 
+    /// Elastic energy of a stress (xx, yy, zz, xy, yz, xz), J/m3: half of stress times elastic strain,
+    /// ((1 + nu) s:s - nu (tr s)^2) / 2E.
+    pub fn energy(&self, stress: [f64; 6], temperature: Option<f64>) -> f64 {
+        let p = self.at(temperature);
+        let [xx, yy, zz, xy, yz, xz] = stress;
+        let squares = xx * xx + yy * yy + zz * zz + 2. * (xy * xy + yz * yz + xz * xz);
+        0.5 / p.young * ((1. + p.poisson) * squares - p.poisson * (xx + yy + zz).powi(2))
+    }
+
     /// True if Young's modulus or Poisson's ratio vary with temperature: the stiffness then does, too.
     pub fn stiffness_varies(&self) -> bool {
         self.young.is_table() || self.poisson.is_table()
@@ -163,6 +172,10 @@ mod tests {
                     Analysis::PlaneStrain { .. } => assert_eq!(e[2], 0.),
                 }
                 assert_eq!((s[4], s[5], e[4], e[5]), (0., 0., 0., 0.));
+                let thermal = [thermal, thermal, thermal, 0., 0., 0.];
+                let elastic = (0..6).map(|c| if c < 3 { 0.5 } else { 1. } * s[c] * (e[c] - thermal[c]));
+                let energy: f64 = elastic.sum();
+                assert!((law.energy(s, temperature) - energy).abs() < 1e-12 * energy);
             }
         }
     }

@@ -61,6 +61,9 @@ pub struct Summary {
     pub pairs: Vec<PairSummary>,
     /// The probes after the last step, in file order.
     pub probes: Vec<ProbeSummary>,
+    /// Where the work went in all steps; only where surfaces rub.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergySummary>,
     /// The load steps that were run; only if the case has a table of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<Vec<StepSummary>>,
@@ -167,9 +170,32 @@ pub struct StepSummary {
     pub pairs: Vec<PairSummary>,
     /// The probes, in file order.
     pub probes: Vec<ProbeSummary>,
+    /// Where the work went so far; only where surfaces rub.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergySummary>,
     /// Discretisation error at its end, if it was estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<ErrorEstimate>,
+}
+
+/// Energies of all bodies since the start: external + heat = stored + dissipated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EnergySummary {
+    /// Work of loads and supports, and of putting together surfaces that overlap at the start, J.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub external: f64,
+    /// What heat has changed of the elastic energy beyond the work of the stresses, J; only of heated bodies.
+    #[serde(skip_serializing_if = "absent")]
+    pub heat: Option<f64>,
+    /// Elastic energy, J.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub stored: f64,
+    /// Work of friction, J.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub dissipated: f64,
+    /// What is missing to the balance, over the largest of these so far, -.
+    #[serde(skip_serializing_if = "not_finite")]
+    pub imbalance: f64,
 }
 
 impl StepSummary {
@@ -199,6 +225,7 @@ impl StepSummary {
             tolerance,
             pairs,
             probes,
+            energy: None,
             error_estimate,
         }
     }
@@ -522,6 +549,7 @@ mod tests {
             held_modes: Vec::new(),
             pairs: vec![pair],
             probes: vec![probe],
+            energy: None,
             steps: None,
             checks: Checks {
                 residual: 1e-12,

@@ -15,7 +15,7 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
         &b.reaction,
         &[b.noise],
         &b.round_off,
-        &[b.applied],
+        &[b.applied, b.stored],
     ]
     .concat();
     let s = parallel::sum(group, &parts);
@@ -29,6 +29,7 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
         noise: s[14],
         round_off: [s[15], s[16]],
         applied: s[17],
+        stored: s[18],
     }
 }
 

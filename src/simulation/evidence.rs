@@ -7,7 +7,7 @@ use crate::{
     case::Case,
     output::Piece,
     parallel,
-    record::{Checks, PairSummary, Reason},
+    record::{Checks, EnergySummary, PairSummary, Reason},
     step::Found,
     vector::{all_finite, larger, ratio, worst},
 };
@@ -24,6 +24,8 @@ pub(super) struct Evidence<'r> {
     pub motions: &'r Motions,
     /// The same on all ranks.
     pub pairs: &'r [PairSummary],
+    /// Where surfaces rub.
+    pub energy: Option<&'r EnergySummary>,
     /// Fields on this rank.
     pub piece: &'r Piece,
 }
@@ -84,6 +86,9 @@ impl Evidence<'_> {
                 "the resultant of its loads, contact and support forces, over their sum,",
                 resultant,
             );
+        }
+        if let Some(energy) = self.energy {
+            hold("the path".into(), "what is missing to the balance of energies, over the largest,", energy.imbalance);
         }
         for (pair, tension) in std::iter::zip(self.pairs, tensions) {
             // Of a pair that carries round-off every ratio is one of round-off.

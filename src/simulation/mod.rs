@@ -2,6 +2,7 @@
 mod adapt;
 mod adapted;
 mod checks;
+mod energy;
 mod evidence;
 mod fields;
 mod files;

@@ -107,6 +107,7 @@ impl Run {
             free_modes: modes_of(case, &self.last.free_modes),
             held_modes: modes_of(case, &self.last.held_modes),
             pairs: last.map_or_else(Vec::new, |s| s.pairs.clone()),
+            energy: last.and_then(|s| s.energy),
             probes: last.map_or_else(Vec::new, |s| s.probes.clone()),
             steps: (!case.steps.is_empty()).then_some(self.steps),
             checks: self.checks,

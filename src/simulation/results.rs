@@ -1,6 +1,7 @@
 //! What the accepted steps of a run have given.
 use super::{
     checks::{self, OfBodies, checks, total, worse},
+    energy,
     evidence::Evidence,
     fields::{append, probe, start_fields},
     outline::outlines,
@@ -18,7 +19,7 @@ use crate::{
     petsc::Stage,
     record::{self, HistoryRow, LoadStep, Plausibility, Reason, StepSummary},
     scene::{ContactSide, Plan},
-    step::{self, Accepted, Advanced, End, Engine, Found, Influence, Nodal, Scene},
+    step::{self, Accepted, Advanced, End, Energy, Engine, Found, Influence, Nodal, Scene},
     vector::{ratio, smaller, worst},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
@@ -65,6 +66,9 @@ pub(super) struct Run {
     pub tolerance: f64,
     /// What acts after the last step that is kept.
     factors: LoadFactors,
+    /// Where surfaces rub: forces and displacements there, and the energies up to there.
+    point: Option<energy::Point>,
+    energy: Energy,
     /// True if that is an increment on the way to the end of its step.
     unfinished: bool,
     /// Warnings of the steps before.
@@ -79,6 +83,8 @@ struct Measured {
     plausibility: Plausibility,
     counts: Counts,
     warnings: Vec<String>,
+    /// Where surfaces rub.
+    energy: Option<(energy::Point, Energy)>,
 }
 
 impl Run {
@@ -96,6 +102,8 @@ impl Run {
             diagnosis: Vec::new(),
             tolerance: f64::INFINITY,
             factors: LoadFactors::FULL,
+            point: None,
+            energy: Energy::default(),
             unfinished: false,
             warned: 0,
         }
@@ -173,11 +181,22 @@ impl Run {
         accepted: Accepted,
     ) -> Result<(Reason, step::State)> {
         let Accepted { name, factors, increment, ends_step, is_last, advanced } = accepted;
-        let Advanced { state, mut found, contact, influences } = advanced;
+        let Advanced { mut state, mut found, contact, influences } = advanced;
         let estimated = is_last || (ends_step && case.output.every_estimate);
         let step = load_step(case, name, &factors, increment);
-        let measured =
-            measure(case, plan, engine.bodies(), &state, &mut found, contact, &influences, step, estimated)?;
+        let before = (self.point.as_ref(), self.energy);
+        let measured = measure(
+            case,
+            plan,
+            engine.bodies(),
+            &state,
+            &mut found,
+            contact,
+            &influences,
+            step,
+            estimated,
+            before,
+        )?;
         let reason = found.reason;
         self.counts.add(&measured.counts);
         if !reason.converged() && self.steps.iter().any(|step| step.reason.converged()) {
@@ -195,6 +214,9 @@ impl Run {
         self.checks = worse(self.checks, measured.checks);
         self.plausibility = plausible::worse(self.plausibility, measured.plausibility);
         self.factors = factors;
+        if let Some((point, energy)) = measured.energy {
+            (self.point, self.energy, state.energy) = (Some(point), energy, energy);
+        }
         self.add_step(measured.summary);
         self.last = measured.last;
         self.add_history(found.history, increment);
@@ -364,6 +386,7 @@ fn measure(
     influences: &[(Influence, Nodal)],
     step: LoadStep,
     estimated: bool,
+    before: (Option<&energy::Point>, Energy),
 ) -> Result<Measured> {
     let _stage = Stage::Recover.enter();
     let (world, groups) = (&plan.groups.world, &plan.groups);
@@ -421,6 +444,18 @@ fn measure(
     let of_pair = estimate.iter().flat_map(|estimate| &estimate.pairs);
     std::iter::zip(&mut pairs, of_pair).for_each(|(p, e)| p.error_estimate = e.pressure);
     drop(estimating);
+    let energy = case.has_friction().then(|| {
+        let acting = std::iter::zip(bodies, &recovered).zip(std::iter::zip(&state.bodies, &contact));
+        let acting = acting.map(|((body, fields), (end, contact))| energy::Acting {
+            displacement: end.displacement.clone(),
+            forces: [fields.internal.clone(), body.held_by(&fields.internal, contact), contact.clone()],
+        });
+        let point = energy::Point::new(case, acting.collect(), found, &state.factors);
+        let of_groups = if groups.is_root() { &balances[..] } else { &[] };
+        let (energy, summary) = energy::balance(case, before, &point, of_groups, (found, &pairs), world);
+        ((point, energy), summary)
+    });
+    let (energy, of_energy) = energy.unzip();
     let n = case.bodies.len();
     let of_bodies = OfBodies::new(&balances, groups.bodies(), n, world);
     let motions = Motions::gather(&motions, groups.bodies(), n, world);
@@ -431,6 +466,7 @@ fn measure(
         bodies: &of_bodies,
         motions: &motions,
         pairs: &pairs,
+        energy: of_energy.as_ref(),
         piece: &piece,
     };
     evidence.decide(found, world);
@@ -445,6 +481,7 @@ fn measure(
     let Counts { alternations, updates, .. } = counts;
     let step = LoadStep { reason: found.reason, alternations, updates, ..step };
     let mut summary = StepSummary::new(&step, found.tolerance, pairs, probes, None);
+    summary.energy = of_energy;
     if let Some(estimate) = &estimate {
         summary.set_estimate(estimate);
     }
@@ -464,6 +501,7 @@ fn measure(
         plausibility,
         counts,
         warnings,
+        energy,
     })
 }
 

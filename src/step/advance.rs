@@ -5,7 +5,7 @@ use super::{
     neutral::{self, Neutral},
     place::{Damping, Place, rigid_factor, rigid_factors},
     rows::rigid_motion,
-    state::{BodyState, PairState, State},
+    state::{BodyState, Energy, PairState, State},
     task::{Influence, Modes, Scene, Solution, Target, Task},
     text::gather_lines,
 };
@@ -331,7 +331,12 @@ impl Engine {
             nodes: body.part.original[..body.part.n_owned].to_vec(),
             displacement,
         });
-        State { factors: target.factors.clone(), bodies: bodies.collect(), pairs }
+        State {
+            factors: target.factors.clone(),
+            bodies: bodies.collect(),
+            pairs,
+            energy: Energy::default(),
+        }
     }
 
     /// Penetration of the rows beyond the search distance, and whether the surfaces have turned too far for the normals

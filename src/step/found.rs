@@ -69,6 +69,19 @@ pub(crate) struct EndFound {
     pub overlap: f64,
     /// Of the end with the multipliers of a pair with a tangential law.
     pub rubbing: Option<Rubbing>,
+    /// Of the end with the multipliers: what nodes take from the loads that change their state in this step, beyond the work of
+    /// their friction, if forces and displacements are taken as growing together, J: no force acts through a gap that closes,
+    /// and what begins to slip does so at its bound.
+    pub beside: f64,
+}
+
+/// Works at the nodes of a pair, J.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Works {
+    /// Of friction in all.
+    pub dissipated: f64,
+    /// See [`EndFound::beside`].
+    pub beside: f64,
 }
 
 /// What the surfaces of a pair do along each other.
@@ -93,9 +106,9 @@ pub(crate) struct Rubbing {
 }
 
 impl Rubbing {
-    /// `along`: tangential forces and slips of this step by row; `thickness`, m.
-    fn new(data: &Pair, states: &[NodeState], slips: &[f64], thickness: f64) -> Rubbing {
-        let mut rubbing = Rubbing::default();
+    /// `slips`: of this step by row; `dissipated`: work of friction so far, J; `thickness`, m.
+    fn new(data: &Pair, states: &[NodeState], slips: &[f64], dissipated: f64, thickness: f64) -> Rubbing {
+        let mut rubbing = Rubbing { dissipated, ..Rubbing::default() };
         for (j, (row, node)) in std::iter::zip(data.own_rows(), states).enumerate() {
             let kind = match node.status {
                 Touch::Open => continue,
@@ -103,7 +116,6 @@ impl Rubbing {
                 Touch::Forwards | Touch::Backwards => 1,
             };
             rubbing.force -= node.tangential;
-            rubbing.dissipated += node.dissipated;
             rubbing.lengths[kind] += row.area / thickness;
             rubbing.nodes[kind] += 1;
             rubbing.slip = larger(rubbing.slip, node.slip.abs());
@@ -175,6 +187,7 @@ impl EndFound {
         force: &[f64],
         [gaps, elastic]: [&[f64]; 2],
         states: &[NodeState],
+        works: Works,
         thickness: f64,
     ) -> EndFound {
         let mut table = SideTable { multipliers: true, ..empty_table(surface) };
@@ -185,7 +198,7 @@ impl EndFound {
         let n = data.n_own;
         let along = &force[data.rows.len()..];
         let slips: Vec<f64> = gaps.iter().skip(data.rows.len()).map(|y| -y).collect();
-        let rubbing = data.law.is_frictional().then(|| Rubbing::new(data, states, &slips, thickness));
+        let rubbing = data.law.is_frictional().then(|| Rubbing::new(data, states, &slips, works.dissipated, thickness));
         table.bonded = data.law == Law::Tied;
         let [gaps, elastic, force] = [&gaps[..n], &elastic[..n], &force[..n]];
         for (j, row) in data.own_rows().iter().enumerate() {
@@ -228,6 +241,7 @@ impl EndFound {
             approach: worst(elastic.iter().copied()),
             overlap: data.rows.iter().map(|row| -data.gap_of(row)).fold(0.0, larger),
             rubbing,
+            beside: works.beside,
         }
     }
 
@@ -306,6 +320,7 @@ impl EndFound {
             approach: 0.0,
             overlap: 0.0,
             rubbing: None,
+            beside: 0.0,
         }
     }
 }

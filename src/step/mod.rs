@@ -20,6 +20,6 @@ pub(crate) use advance::{Advanced, Engine, Nodal};
 pub(crate) use contacts::Contacts;
 pub(crate) use found::{EndFound, Found};
 pub(crate) use march::{Accepted, End, march};
-pub use state::{BodyState, NodeState, PairState, State};
+pub use state::{BodyState, Energy, NodeState, PairState, State};
 pub(crate) use task::{Influence, Scene, Target};
 pub(crate) use text::gather_lines;

@@ -1,7 +1,7 @@
 //! What a driver found on the contact rows, for the results, for the bodies and for the next step.
 use super::{
     contacts::Contacts,
-    found::{EndFound, Found},
+    found::{EndFound, Found, Works},
     rows::Pair,
     state::{NodeState, PairState},
     task::{Scene, Solution, Task},
@@ -82,17 +82,23 @@ impl Contacts {
         let elastic = driver.elastic_approach();
         let thickness = case.analysis.thickness();
         let before = self.known(task, task.before);
-        let states: Vec<Vec<NodeState>> = (0..ranges.len())
+        let (states, works): (Vec<Vec<NodeState>>, Vec<Works>) = (0..ranges.len())
             .map(|i| {
                 let end = &self.shares.ends[i];
                 let Some(pair) = self.pairs[end.pair].as_ref().filter(|_| end.multiplier) else {
-                    return Vec::new();
+                    return Default::default();
                 };
                 let range = ranges[i].clone();
                 let touch = driver.touch(range.clone());
-                node_states(pair, &plan.surfaces[i], &out[i], &gaps[range], &touch, &before[i])
+                let initial = &self.shares.rows[i].gap;
+                let (states, works) =
+                    node_states(pair, &plan.surfaces[i], &out[i], [&gaps[range], initial], &touch, &before[i]);
+                let key = (end.pair, plan.ends[i].side);
+                let known = task.before.iter().find(|known| (known.pair, known.side) == key);
+                let so_far = known.map_or(0.0, |known| known.dissipated);
+                (states, Works { dissipated: so_far + works.dissipated, ..works })
             })
-            .collect();
+            .unzip();
         let told = |states: &Vec<NodeState>| states.iter().flat_map(|s| [s.status.code(), s.slip]).collect();
         let received_states = match case.has_friction() {
             true => exchange.swap(&states.iter().map(told).collect::<Vec<Vec<f64>>>()),
@@ -124,9 +130,10 @@ impl Contacts {
             let of_range = [&gaps[range.clone()], &elastic[range]];
             let states = &states[i];
             let found_end =
-                EndFound::of_multipliers(surface, side, pair, values, of_range, states, thickness);
+                EndFound::of_multipliers(surface, side, pair, values, of_range, states, works[i], thickness);
             found.ends.push(EndFound { unmatched, ..found_end });
-            solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone() });
+            let dissipated = works[i].dissipated;
+            solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone(), dissipated });
         }
         (found, solution)
     }
@@ -189,16 +196,18 @@ impl Contacts {
     }
 }
 
-/// The nodes of the multipliers as they are left: the slips since the last accepted state are added to those before.
+/// The nodes of the multipliers as they are left, and their works in this step: the slips since the last accepted state are added
+/// to those before. `initial`: gaps before the first step.
 fn node_states(
     pair: &Pair,
     surface: &Surface,
     force: &[f64],
-    gap: &[f64],
+    [gap, initial]: [&[f64]; 2],
     touch: &[Touch],
     before: &[Option<NodeState>],
-) -> Vec<NodeState> {
+) -> (Vec<NodeState>, Works) {
     let n = pair.rows.len();
+    let mut works = Works::default();
     let state = |(j, row): (usize, &Row)| {
         let before = before.get(j).copied().flatten();
         let slip = if touch[j].slips().is_some() { -gap[n + j] } else { 0.0 };
@@ -206,16 +215,26 @@ fn node_states(
         let bound = |force: f64| pair.law.friction() * larger(force, 0.0) + pair.law.shear() * row.area;
         let bounds = || 0.5 * (before.map_or(0.0, |b| bound(b.force)) + bound(force[j]));
         let work = if slip == 0.0 { 0.0 } else { bounds() * slip.abs() };
+        works.dissipated += work;
+        let tangential = force.get(n + j).copied().unwrap_or(0.0);
+        if before.is_none_or(|b| b.status != touch[j]) {
+            let [forces, along] = before.map_or([0.0; 2], |b| [b.force, b.tangential]);
+            let closed = gap[j] - before.map_or(initial[j], |b| b.gap);
+            // One that opens takes its tangential force along.
+            let moved = gap.get(n + j).copied().unwrap_or(0.0);
+            let taken = 0.5 * ((forces + force[j]) * closed + (along + tangential) * moved);
+            works.beside -= taken + work;
+        }
         NodeState {
             node: surface.nodes[row.node as usize],
             force: force[j],
-            tangential: force.get(n + j).copied().unwrap_or(0.0),
+            tangential,
+            gap: gap[j],
             slip: before.map_or(0.0, |b| b.slip) + slip,
-            dissipated: before.map_or(0.0, |b| b.dissipated) + work,
             status: touch[j],
         }
     };
-    pair.own_rows().iter().enumerate().map(state).collect()
+    (pair.own_rows().iter().enumerate().map(state).collect(), works)
 }
 
 /// "body\tmode" of each rigid motion of this rank's bodies: those that nothing restrains, and those that contact holds.

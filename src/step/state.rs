@@ -14,6 +14,24 @@ pub struct State {
     pub bodies: Vec<BodyState>,
     /// Sides with multipliers that this rank holds.
     pub pairs: Vec<PairState>,
+    /// Of all bodies; nought where nothing rubs.
+    #[serde(default)]
+    pub energy: Energy,
+}
+
+/// Energies of all bodies since the start, J.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    /// Work of loads and supports, and of putting together surfaces that overlap at the start.
+    pub external: f64,
+    /// What heat has changed of the elastic energy.
+    pub heat: f64,
+    /// Elastic energy.
+    pub stored: f64,
+    /// Work of friction.
+    pub dissipated: f64,
+    /// The largest of these so far.
+    pub largest: f64,
 }
 
 /// A body.
@@ -36,6 +54,8 @@ pub struct PairState {
     pub side: usize,
     /// Its candidates.
     pub nodes: Vec<NodeState>,
+    /// Work of friction in all, J.
+    pub dissipated: f64,
 }
 
 /// A contact node.
@@ -47,10 +67,10 @@ pub struct NodeState {
     pub force: f64,
     /// Tangential force, N: on the side of the multipliers against its outward normal turned forwards.
     pub tangential: f64,
+    /// Gap, m.
+    pub gap: f64,
     /// How far it has slipped in all, m: this side against the other along the normal turned forwards.
     pub slip: f64,
-    /// Work of friction in all, J.
-    pub dissipated: f64,
     /// What it does.
     pub status: Touch,
 }
@@ -58,7 +78,12 @@ pub struct NodeState {
 impl State {
     /// Before any step: nothing acts, nothing has moved, nothing is known of the contact.
     pub fn start() -> State {
-        State { factors: LoadFactors::NONE, bodies: Vec::new(), pairs: Vec::new() }
+        State {
+            factors: LoadFactors::NONE,
+            bodies: Vec::new(),
+            pairs: Vec::new(),
+            energy: Energy::default(),
+        }
     }
 
     /// Takes in another rank's share of the same point.

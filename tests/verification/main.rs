@@ -6,6 +6,7 @@ mod scenes;
 
 mod beams;
 mod curved;
+mod energy;
 mod friction;
 mod heat;
 mod hertz;
