@@ -1,5 +1,6 @@
 //! The result file: written by 1, 2 and 3 ranks, read back and compared with what each rank held.
 use kontakt::case::{Analysis, Units};
+use kontakt::contact::Law;
 use kontakt::element::ElementKind;
 use kontakt::mesh::Cell;
 use kontakt::output::*;
@@ -108,12 +109,17 @@ fn pairs(rank: i32, size: i32) -> Vec<PairTables> {
     let [first, last] = [0, size - 1];
     vec![
         PairTables {
-            tangential: false,
+            law: Law::Frictionless,
             name: "p/1 ä".into(),
             surfaces: surfaces.clone(),
             sides: [on(last, side(1.0, 4)), on(first, side(2.0, 3))],
         },
-        PairTables { tangential: false, name: "q".into(), surfaces, sides: [on(last, side(3.0, 2)), None] },
+        PairTables {
+            law: Law::Frictionless,
+            name: "q".into(),
+            surfaces,
+            sides: [on(last, side(3.0, 2)), None],
+        },
     ]
 }
 

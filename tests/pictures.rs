@@ -2,6 +2,7 @@
 //!
 //! `KONTAKT_KEEP=DIR` keeps them, to be looked at.
 use kontakt::case::{Analysis, OutputCase, StressComponent, Units};
+use kontakt::contact::Law;
 use kontakt::element::ElementKind;
 use kontakt::mesh::Cell;
 use kontakt::output::*;
@@ -121,7 +122,7 @@ fn punch(kind: ElementKind, units: Units) -> Results {
     add_fields(&mut piece, u, stress);
     let side = |backwards| hertz_side(31, 0.02, 0.0185, 1.4e8, 0.0, backwards);
     let pair = PairTables {
-        tangential: false,
+        law: Law::Frictionless,
         name: "upper.bottom-lower.top".into(),
         surfaces: ["upper.bottom".into(), "lower.top".into()],
         sides: [Some(side(false)), Some(side(true))],
@@ -151,7 +152,7 @@ fn hertz(n: usize) -> Results {
     );
     let side = |backwards| hertz_side(121, 0.01, a, p0, 0.0, backwards);
     let pair = PairTables {
-        tangential: false,
+        law: Law::Frictionless,
         name: "discs".into(),
         surfaces: ["upper.arc".into(), "lower.arc".into()],
         sides: [Some(side(false)), Some(side(true))],
@@ -246,7 +247,7 @@ fn pressed_in_steps(n: usize) -> Results {
         let side = hertz_side(61, 0.02, 0.018 * load.sqrt(), 1.4e8 * load.sqrt(), 0.0, false);
         let idle = SideTable { pressure: vec![0.0; 61], status: vec![0; 61], ..side.clone() };
         let pairs = vec![PairTables {
-            tangential: false,
+            law: Law::Frictionless,
             name: "punch".into(),
             surfaces: ["upper.bottom".into(), "anvil.surface".into()],
             sides: [Some(side), Some(idle)],

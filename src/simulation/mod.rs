@@ -5,6 +5,7 @@ mod checks;
 mod evidence;
 mod fields;
 mod files;
+mod friction_fields;
 mod measure;
 mod options;
 mod outline;
