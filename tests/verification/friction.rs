@@ -15,7 +15,7 @@ const A: f64 = 5.252317e-4;
 const RADIUS: f64 = 0.05;
 
 /// Two half discs pressed together, then sheared by the shares `loads` of mu P; `cells` along the half-width.
-fn discs(friction: f64, cells: f64, surfaces: &str, loads: &[f64]) -> String {
+pub fn discs(friction: f64, cells: f64, surfaces: &str, loads: &[f64]) -> String {
     let (angle, depth) = (A / RADIUS / cells * 180.0 / PI, A / RADIUS / cells);
     let body = |name: &str, side: f64, arc: &str, rest: &str| {
         format!(
@@ -41,7 +41,7 @@ fn discs(friction: f64, cells: f64, surfaces: &str, loads: &[f64]) -> String {
     text
 }
 
-const A_OVER_B: &str = "\"upper.arc\", \"lower.arc\"";
+pub const A_OVER_B: &str = "\"upper.arc\", \"lower.arc\"";
 
 /// Tangential traction of Cattaneo and Mindlin at x / a over mu p0, of the share Q / (mu P).
 fn cattaneo(x: f64, share: f64) -> f64 {

@@ -7,6 +7,7 @@ mod scenes;
 mod beams;
 mod curved;
 mod friction;
+mod friction_fields;
 mod heat;
 mod hertz;
 mod rectangles;

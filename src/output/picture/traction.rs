@@ -15,6 +15,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 const CHART: i32 = 370;
 /// Height of a row of what sticks and slips.
 const ROW: i32 = 16;
+/// Pixels above the rows.
+const ABOVE: i32 = 8;
 /// Half the height of the bar where it sticks.
 const BAR: i32 = 4;
 /// Bounds closer to each other than this share are one line.
@@ -54,7 +56,7 @@ pub(super) fn tractions<'a>(law: Law, pressures: &[Curve<'a>]) -> Vec<Traction<'
         all.push(Traction {
             traction: curve.with_values(2, |i| tangential.traction[i]),
             bound: bound.filter(|bound| !known.is_some_and(|known| alike(bound, known))),
-            status: curve.with_values(1, |i| f64::from(table.status[i])),
+            status: curve.with_values(2, |i| f64::from(table.status[i])),
         });
     }
     all.reverse();
@@ -75,8 +77,10 @@ pub(super) fn symbols(law: Law) -> Vec<(Symbol, String)> {
         Law::Frictionless | Law::Rough | Law::Tied => None,
     };
     let bound = bound.map(|name| (Symbol::Dashes(INK.stroke_width(1)), name));
-    let states = [(Symbol::Bar(INK), "sticks"), (Symbol::Line(INK.stroke_width(1)), "slips")];
-    bound.into_iter().chain(states.map(|(symbol, name)| (symbol, name.to_owned()))).collect()
+    let sticks = (Symbol::Bar(INK), "sticks".to_owned());
+    // What has no bound does not slip.
+    let slips = bound.is_some().then(|| (Symbol::Line(INK.stroke_width(2)), "slips".to_owned()));
+    bound.into_iter().chain([sticks]).chain(slips).collect()
 }
 
 /// Pixels of chart and strip.
@@ -86,7 +90,7 @@ pub(super) fn height(tractions: &[Traction]) -> i32 {
 
 /// Pixels of the strip.
 pub(super) fn strip_height(tractions: &[Traction]) -> i32 {
-    ROW * tractions.len() as i32
+    ABOVE + ROW * tractions.len() as i32
 }
 
 /// Where it sticks and slips: a row of bars and lines for each step.
@@ -99,7 +103,7 @@ pub(super) fn strip(
     let pixel = |s: f64| BESIDE[0] + ((s - from) / (to - from) * f64::from(width)).round() as i32;
     let style = TextStyle::from((FONT, 13).into_font()).color(&INK).pos(Pos::new(HPos::Right, VPos::Center));
     for (i, Traction { status, .. }) in tractions.iter().enumerate() {
-        let y = ROW * i as i32 + ROW / 2;
+        let y = ABOVE + ROW * i as i32 + ROW / 2;
         let name = if tractions.len() > 1 { status.name.split(',').next() } else { None };
         area.draw(&Text::new(name.unwrap_or("state"), (BESIDE[0] - 8, y), style.clone())).map_err(failed)?;
         for (what, [a, b]) in stretches(status, [from, to]) {
