@@ -285,11 +285,11 @@ fn along(a: &SideTable, b: &SideTable) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod testing {
     use super::*;
-    use crate::contact::Law;
 
-    fn table(s: [f64; 3], x: [f64; 3], status: [i32; 3]) -> SideTable {
+    /// A side of three nodes without pressure.
+    pub fn table(s: [f64; 3], x: [f64; 3], status: [i32; 3]) -> SideTable {
         let zeros = vec![[0.0; 3]; 3];
         SideTable {
             s: s.to_vec(),
@@ -303,6 +303,18 @@ mod tests {
             ..SideTable::default()
         }
     }
+
+    /// Its pressure.
+    pub fn curve(table: &SideTable) -> Curve<'_> {
+        Curve::new(0, String::new(), table, (CURVES[0], 1, 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{curve, table};
+    use super::*;
+    use crate::contact::Law;
 
     #[test]
     fn the_other_side_is_drawn_where_it_touches() {
@@ -332,7 +344,7 @@ mod tests {
     fn a_line_ends_at_the_ends_of_the_range() {
         let mut side = table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], [1; 3]);
         side.pressure = vec![0.0, 2.0, 6.0];
-        let mut curve = Curve::new(0, String::new(), &side, (CURVES[0], 1, 1));
+        let mut curve = curve(&side);
         assert_eq!(curve.within(0.5, 1.5), [[(0.5, 1.0), (1.0, 2.0), (1.5, 4.0)]]);
         curve.place(vec![2.0, 1.0, 0.0], None);
         assert_eq!(curve.within(0.5, 1.5), [[(1.5, 1.0), (1.0, 2.0), (0.5, 4.0)]]);
@@ -352,12 +364,12 @@ mod tests {
             ..table([0.0; 3], [0.0; 3], [2; 3])
         };
         let a = ring([1.0, 2.0, 3.0]);
-        let own = Curve::new(0, String::new(), &a, (CURVES[0], 1, 1));
+        let own = curve(&a);
         assert_eq!(own.within(0.0, 3.0), [[(0.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 1.0)]]);
         // Backwards, in the middles of the sides of the first.
         let middle = |k: f64| std::array::from_fn(|c| 0.5 * (corner(k)[c] + corner(k + 1.0)[c]));
         let b = SideTable { x: [1.0, 0.0, 2.0].map(middle).to_vec(), ..ring([4.0, 6.0, 8.0]) };
-        let mut other = Curve::new(1, String::new(), &b, (CURVES[1], 1, 1));
+        let mut other = curve(&b);
         other.place(along(&a, &b), a.closed);
         let lines = other.within(0.0, 3.0);
         let expected = [vec![(1.5, 4.0), (0.5, 6.0), (0.0, 7.0)], vec![(3.0, 7.0), (2.5, 8.0), (1.5, 4.0)]];

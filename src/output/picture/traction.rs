@@ -152,3 +152,55 @@ fn stretches(status: &Curve, [from, to]: [f64; 2]) -> Vec<(i32, [f64; 2])> {
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::curve::testing::{curve, table};
+    use super::*;
+    use crate::record::{SideTable, Tangential};
+
+    const COULOMB: Law = Law::Coulomb { friction: 0.5 };
+
+    #[test]
+    fn bounds_are_drawn_once_and_on_both_sides() {
+        let side = |pressure: [f64; 3], status: [i32; 3]| {
+            let mut side = table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], status);
+            side.pressure = pressure.to_vec();
+            side.tangential = Some(Tangential { traction: vec![0.0, -1.0, 0.5], slip: vec![0.0; 3] });
+            side
+        };
+        let (first, second, third) = (
+            side([0.0, 2.0, 2.0], [1, 2, 2]),
+            side([0.0, 4.0, 1.0], [1, 2, 3]),
+            side([0.0, 4.0, 1.001], [1, 2, 3]),
+        );
+        let curves = [curve(&first), curve(&second), curve(&third)];
+        let bounds = |law: Law| -> Vec<Option<Vec<f64>>> {
+            let values = |curve: &Curve| curve.points.iter().map(|point| point.value).collect();
+            tractions(law, &curves).iter().map(|t| t.bound.as_ref().map(values)).collect()
+        };
+        assert_eq!(bounds(COULOMB), [Some(vec![0.0, 1.0, 1.0]), None, Some(vec![0.0, 2.0, 0.5005])]);
+        assert_eq!(bounds(Law::Tresca { shear: 3.0 }), [None, None, Some(vec![0.0, 3.0, 3.0])]);
+        assert_eq!(bounds(Law::Tied), [None, None, None]);
+        let all = tractions(COULOMB, &curves);
+        assert_eq!(all.iter().map(|t| t.lines().count()).collect::<Vec<_>>(), [3, 1, 3]);
+        assert_eq!(all[0].traction.points[1].value, -1.0);
+        // The other side's are those of this one.
+        let other = SideTable { multipliers: false, ..first.clone() };
+        assert!(tractions(COULOMB, &[curve(&other)]).is_empty());
+        let smooth = SideTable { tangential: None, ..first };
+        assert!(tractions(Law::Frictionless, &[curve(&smooth)]).is_empty());
+    }
+
+    #[test]
+    fn a_node_sticks_or_slips_half_the_way_to_the_next() {
+        let of = |status: [i32; 3], closed: Option<f64>, range: [f64; 2]| {
+            let side = SideTable { closed, ..table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], status) };
+            stretches(&curve(&side).with_values(1, |i| f64::from(side.status[i])), range)
+        };
+        assert_eq!(of([1, 2, 3], None, [0.0, 2.0]), [(2, [0.5, 1.5]), (3, [1.5, 2.0])]);
+        assert_eq!(of([2, 2, 3], None, [0.25, 1.75]), [(2, [0.25, 1.5]), (3, [1.5, 1.75])]);
+        assert_eq!(of([2, 1, 1], Some(3.0), [0.0, 3.0]), [(2, [0.0, 0.5]), (2, [2.5, 3.0])]);
+        assert!(of([0, 1, 1], None, [0.0, 2.0]).is_empty());
+    }
+}
