@@ -52,10 +52,12 @@ pub(super) fn tractions<'a>(law: Law, pressures: &[Curve<'a>]) -> Vec<Traction<'
             false => 0.0,
         };
         let bound = law.bound(0.0).map(|_| curve.with_values(1, bound));
-        let known = all.iter().filter_map(|later| later.bound.as_ref()).last();
+        let known =
+            |bound: &Curve| all.iter().flat_map(|later| &later.bound).any(|later| alike(bound, later));
+        let bound = bound.filter(|bound| !known(bound));
         all.push(Traction {
-            traction: curve.with_values(2, |i| tangential.traction[i]),
-            bound: bound.filter(|bound| !known.is_some_and(|known| alike(bound, known))),
+            traction: curve.with_values(curve.stroke.stroke_width, |i| tangential.traction[i]),
+            bound,
             status: curve.with_values(2, |i| f64::from(table.status[i])),
         });
     }
@@ -182,6 +184,10 @@ mod tests {
         assert_eq!(bounds(COULOMB), [Some(vec![0.0, 1.0, 1.0]), None, Some(vec![0.0, 2.0, 0.5005])]);
         assert_eq!(bounds(Law::Tresca { shear: 3.0 }), [None, None, Some(vec![0.0, 3.0, 3.0])]);
         assert_eq!(bounds(Law::Tied), [None, None, None]);
+        // That of the last one but one lies between.
+        let again = [curve(&second), curve(&first), curve(&third)];
+        let drawn: Vec<bool> = tractions(COULOMB, &again).iter().map(|t| t.bound.is_some()).collect();
+        assert_eq!(drawn, [false, true, true]);
         let all = tractions(COULOMB, &curves);
         assert_eq!(all.iter().map(|t| t.lines().count()).collect::<Vec<_>>(), [3, 1, 3]);
         assert_eq!(all[0].traction.points[1].value, -1.0);
