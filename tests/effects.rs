@@ -26,10 +26,15 @@ struct Cost {
 }
 
 fn cost(scene: Scene, ranks: usize) -> (Cost, Value) {
+    cost_with(scene, ranks, &[])
+}
+
+/// With settings.
+fn cost_with(scene: Scene, ranks: usize, settings: &[&str]) -> (Cost, Value) {
     let directory = tempfile::tempdir().unwrap();
     let (case, out) = (directory.path().join("case.toml"), directory.path().join("out"));
     std::fs::write(&case, scene.text()).unwrap();
-    let output = run(ranks, &case, &out, &[]);
+    let output = run(ranks, &case, &out, settings);
     assert_eq!(output.status.code(), Some(0), "{scene:?}: {}", String::from_utf8_lossy(&output.stderr));
     let found = summary(&out);
     common::check_invariants(&found, &format!("{scene:?} on {ranks} ranks"));
@@ -111,6 +116,20 @@ fn without_temperature_there_is_no_heat_anywhere() {
     // Heat has no unknowns here, and the temperature is known beforehand: no factorisation for it.
     assert_eq!((hot.unknowns, hot.factorisations), (cold.unknowns, cold.factorisations));
     assert!(hot.file_bytes > cold.file_bytes);
+}
+
+#[test]
+fn without_friction_nothing_of_it_is_at_the_nodes() {
+    let (smooth, _) = cost(BASE, 2);
+    assert_eq!(smooth.point_fields, ["displacement", "strain", "stress", "von_mises"]);
+    // A law without strength is none.
+    let (nought, _) = cost_with(BASE, 2, &["--set", "contact.contact.friction=0"]);
+    assert_eq!(Cost { file_bytes: smooth.file_bytes, ..nought }, smooth);
+    let (rough, _) = cost_with(BASE, 2, &["--set", "contact.contact.friction=0.1"]);
+    let more =
+        ["contact_status", "displacement", "slip", "strain", "stress", "tangential_traction", "von_mises"];
+    assert_eq!(rough.point_fields, more);
+    assert!(rough.file_bytes > smooth.file_bytes);
 }
 
 /// A modulus over temperature is looked up at each point, once.

@@ -1,5 +1,6 @@
 //! The result file: written by 1, 2 and 3 ranks, read back and compared with what each rank held.
 use kontakt::case::{Analysis, Units};
+use kontakt::contact::Law;
 use kontakt::element::ElementKind;
 use kontakt::mesh::Cell;
 use kontakt::output::*;
@@ -101,6 +102,12 @@ fn side(k: f64, n: usize) -> SideTable {
     }
 }
 
+/// A side of a pair with a tangential law.
+fn rubbing() -> SideTable {
+    let tangential = Tangential { traction: vec![2.5, -7.5], slip: vec![0.0, 1e-6] };
+    SideTable { tangential: Some(tangential), status: vec![2, 3], ..side(3.0, 2) }
+}
+
 /// The sides of the pairs lie on the last and on the first rank; side b of the second on none.
 fn pairs(rank: i32, size: i32) -> Vec<PairTables> {
     let surfaces = ["upper.bottom".to_string(), "lower.top".to_string()];
@@ -108,12 +115,17 @@ fn pairs(rank: i32, size: i32) -> Vec<PairTables> {
     let [first, last] = [0, size - 1];
     vec![
         PairTables {
-            tangential: false,
+            law: Law::Frictionless,
             name: "p/1 ä".into(),
             surfaces: surfaces.clone(),
             sides: [on(last, side(1.0, 4)), on(first, side(2.0, 3))],
         },
-        PairTables { tangential: false, name: "q".into(), surfaces, sides: [on(last, side(3.0, 2)), None] },
+        PairTables {
+            law: Law::Tresca { shear: 7.5 },
+            name: "q".into(),
+            surfaces,
+            sides: [on(last, rubbing()), None],
+        },
     ]
 }
 
@@ -201,12 +213,14 @@ fn check_standard(path: &Path, ranks: i32) {
             );
         }
     }
-    let empty = SideTable::default();
+    let empty = SideTable { tangential: Some(Tangential::default()), ..SideTable::default() };
     for (name, k, table) in
-        [("p/1 ä", 0, side(1.0, 4)), ("p/1 ä", 1, side(2.0, 3)), ("q", 0, side(3.0, 2)), ("q", 1, empty)]
+        [("p/1 ä", 0, side(1.0, 4)), ("p/1 ä", 1, side(2.0, 3)), ("q", 0, rubbing()), ("q", 1, empty)]
     {
         let pair = read.pairs.iter().find(|p| p.name == name).unwrap();
         assert_eq!(pair.surfaces, ["upper.bottom", "lower.top"]);
+        let law = if name == "q" { Law::Tresca { shear: 7.5 } } else { Law::Frictionless };
+        assert_eq!(pair.law, law);
         let read = pair.sides[k].as_ref().unwrap();
         assert_eq!(format!("{read:?}"), format!("{table:?}"));
     }
@@ -254,6 +268,13 @@ fn without_steps_nothing_of_them_is_stored() {
             let version = file.group("VTKHDF").unwrap().attr("Version").unwrap().read_raw::<i64>().unwrap();
             assert_eq!(version, [1, 0]);
             assert_eq!(names("contact/p_1 ä/a"), "force gap normal pressure s status x");
+            assert_eq!(names("contact/q/a"), "force gap normal pressure s slip status traction x");
+            let facts = |pair: &str| {
+                let mut names = file.group(pair).unwrap().attr_names().unwrap();
+                names.sort();
+                names.join(" ")
+            };
+            assert_eq!([facts("contact/p_1 ä"), facts("contact/q")], ["name", "law name shear"]);
             assert_eq!(
                 names("history"),
                 "active alternation contraction displacement_jump flips force_imbalance gap open pairs penetration \

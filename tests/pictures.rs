@@ -2,6 +2,7 @@
 //!
 //! `KONTAKT_KEEP=DIR` keeps them, to be looked at.
 use kontakt::case::{Analysis, OutputCase, StressComponent, Units};
+use kontakt::contact::Law;
 use kontakt::element::ElementKind;
 use kontakt::mesh::Cell;
 use kontakt::output::*;
@@ -121,7 +122,7 @@ fn punch(kind: ElementKind, units: Units) -> Results {
     add_fields(&mut piece, u, stress);
     let side = |backwards| hertz_side(31, 0.02, 0.0185, 1.4e8, 0.0, backwards);
     let pair = PairTables {
-        tangential: false,
+        law: Law::Frictionless,
         name: "upper.bottom-lower.top".into(),
         surfaces: ["upper.bottom".into(), "lower.top".into()],
         sides: [Some(side(false)), Some(side(true))],
@@ -151,7 +152,7 @@ fn hertz(n: usize) -> Results {
     );
     let side = |backwards| hertz_side(121, 0.01, a, p0, 0.0, backwards);
     let pair = PairTables {
-        tangential: false,
+        law: Law::Frictionless,
         name: "discs".into(),
         surfaces: ["upper.arc".into(), "lower.arc".into()],
         sides: [Some(side(false)), Some(side(true))],
@@ -246,7 +247,7 @@ fn pressed_in_steps(n: usize) -> Results {
         let side = hertz_side(61, 0.02, 0.018 * load.sqrt(), 1.4e8 * load.sqrt(), 0.0, false);
         let idle = SideTable { pressure: vec![0.0; 61], status: vec![0; 61], ..side.clone() };
         let pairs = vec![PairTables {
-            tangential: false,
+            law: Law::Frictionless,
             name: "punch".into(),
             surfaces: ["upper.bottom".into(), "anvil.surface".into()],
             sides: [Some(side), Some(idle)],
@@ -342,4 +343,72 @@ fn what_is_not_there_is_not_drawn() {
     results.piece.point_fields.pop();
     let e = draw(&results, &STYLE, Path::new("/nonexistent")).unwrap_err();
     assert!(e.to_string().contains("stress"), "{e}");
+}
+
+/// Partial slip after a step that only presses: tractions at 0.3 p beyond |x| = 0.6 a, where it slips.
+fn sheared(law: Law, steps: usize) -> Results {
+    let mut results = punch(ElementKind::Quad4, Units::Si);
+    results.run.title = "Sheared punch".into();
+    let (a, p0) = (0.015, 1.4e8);
+    let state = |share: f64| {
+        let mut side = hertz_side(61, 0.02, a, p0, 0.0, false);
+        let bound = |i: usize| law.bound(side.pressure[i]).unwrap_or(0.3 * side.pressure[i]);
+        let slips = |i: usize| share > 0.0 && side.touches(i) && side.x[i][0].abs() > 0.6 * a;
+        let used = |i: usize| if slips(i) { share } else { 0.4 * share };
+        let traction = |i: usize| if side.touches(i) { used(i) * bound(i) } else { 0.0 };
+        let tangential = Tangential { traction: (0..61).map(traction).collect(), slip: vec![0.0; 61] };
+        let status = (0..61).map(|i| if slips(i) { SLIPS } else { side.status[i] }).collect();
+        (side.tangential, side.status) = (Some(tangential), status);
+        let surfaces = ["upper.bottom".into(), "anvil.surface".into()];
+        vec![PairTables { law, name: "punch".into(), surfaces, sides: [Some(side), None] }]
+    };
+    results.pairs = state(1.0);
+    if steps > 1 {
+        let Piece { point_fields, cell_fields, .. } = results.piece.clone();
+        results.before.push(State { point_fields, cell_fields, pairs: state(0.0) });
+        let step = |name: &str| LoadStep {
+            name: Some(name.into()),
+            loads: 1.0,
+            supports: 1.0,
+            temperature: 1.0,
+            at: None,
+            paths: Default::default(),
+            increments: 1,
+            reason: Reason::Converged,
+            alternations: 12,
+            updates: 1,
+        };
+        results.run.steps = Some(vec![step("press"), step("shear")]);
+    }
+    results
+}
+
+#[test]
+fn friction_has_a_chart_of_tractions_with_bounds_and_states() {
+    let text = |law: Law, steps: usize, name: &str| {
+        let mut text = String::new();
+        draw_in(name, &sheared(law, steps), &STYLE, |directory| {
+            text = std::fs::read_to_string(directory.join("pressure.svg")).unwrap();
+        });
+        text
+    };
+    let coulomb = text(Law::Coulomb { friction: 0.3 }, 1, "coulomb");
+    for part in ["friction 0.3", "tangential traction (MPa)", "\u{b1}0.3 p", "sticks", "slips", "state"] {
+        assert!(coulomb.contains(part), "{part}");
+    }
+    // The bound is drawn in pieces, on either side of the axis.
+    let rough = text(Law::Rough, 1, "rough");
+    let lines = |text: &str| text.matches("<polyline").count();
+    assert!(lines(&coulomb) > lines(&rough) + 100, "{} and {} lines", lines(&coulomb), lines(&rough));
+    assert!(rough.contains("tangential traction") && !rough.contains("bound") && !rough.contains("slips"));
+    let tresca = text(Law::Tresca { shear: 2e7 }, 2, "tresca");
+    for part in ["bound", "step 1, press", "step 2, shear", "\nstep 1\n", "\nstep 2\n", "on upper.bottom"] {
+        assert!(tresca.contains(part), "{part}");
+    }
+    // Nothing of it without a law.
+    draw_in("smooth", &punch(ElementKind::Quad4, Units::Si), &STYLE, |directory| {
+        let smooth = std::fs::read_to_string(directory.join("pressure.svg")).unwrap();
+        let absent = ["traction", "sticks", "slips", "bound"];
+        assert!(smooth.contains("node in contact") && !absent.iter().any(|part| smooth.contains(part)));
+    });
 }

@@ -1,4 +1,5 @@
 //! What a pair of surfaces does tangentially.
+use crate::vector::larger;
 
 /// The law of a pair.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -28,6 +29,17 @@ impl Law {
         self != Law::Frictionless
     }
 
+    /// As in a case file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Law::Frictionless => "frictionless",
+            Law::Coulomb { .. } => "coulomb",
+            Law::Tresca { .. } => "tresca",
+            Law::Rough => "rough",
+            Law::Tied => "tied",
+        }
+    }
+
     /// mu; infinite where nothing slips.
     pub fn friction(self) -> f64 {
         match self {
@@ -40,6 +52,12 @@ impl Law {
     /// Bound of the tangential traction at no pressure, Pa.
     pub fn shear(self) -> f64 {
         if let Law::Tresca { shear } = self { shear } else { 0.0 }
+    }
+
+    /// The most that |q| can be at a node in contact with the pressure `p`, Pa; `None`: any size.
+    pub fn bound(self, p: f64) -> Option<f64> {
+        let bound = self.friction() * larger(p, 0.0) + self.shear();
+        self.friction().is_finite().then_some(bound)
     }
 
     /// In a line of the log.

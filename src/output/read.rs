@@ -3,6 +3,7 @@ use super::hdf5_text::{read_string_attribute, read_strings};
 use super::{Field, Outline, Piece, ResultFile, RunInfo, State, file_options};
 use super::{history, steps};
 use crate::case::{Analysis, Units};
+use crate::contact::Law;
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::Cell;
@@ -174,9 +175,21 @@ fn read_pair(group: &Group, step: Option<usize>) -> Result<PairTables> {
     Ok(PairTables {
         name: read_string_attribute(group, "name")?,
         surfaces: [read_string_attribute(&a, "surface")?, read_string_attribute(&b, "surface")?],
-        tangential: sides.iter().any(|side| side.tangential.is_some()),
+        law: read_law(group)?,
         sides: sides.map(Some),
     })
+}
+
+fn read_law(group: &Group) -> Result<Law> {
+    let Ok(name) = read_string_attribute(group, "law") else { return Ok(Law::Frictionless) };
+    let number = |name| Ok::<f64, Error>(group.attr(name)?.read_scalar()?);
+    match name.as_str() {
+        "coulomb" => Ok(Law::Coulomb { friction: number("friction")? }),
+        "tresca" => Ok(Law::Tresca { shear: number("shear")? }),
+        "rough" => Ok(Law::Rough),
+        "tied" => Ok(Law::Tied),
+        other => Err(Error::input(format!("unknown law \"{other}\""))),
+    }
 }
 
 fn read_side(group: &Group, step: Option<usize>) -> Result<SideTable> {

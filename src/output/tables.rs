@@ -3,6 +3,7 @@ use super::hdf5_rows::{Place, Plan, Rows, Values};
 use super::spread::{Growth, Spread};
 use super::{ResultFile, RunInfo};
 use crate::case::Analysis;
+use crate::contact::Law;
 use crate::error::Result;
 use crate::record::{Reason, SideTable, Tangential};
 
@@ -23,6 +24,7 @@ pub(super) fn create_contact<'a>(
         let group = contact.group(&group_name(&pair.name))?;
         if spread.is_first() {
             group.text("name", &pair.name)?;
+            add_law(&group, pair.law)?;
         }
         for (side, name) in ["a", "b"].into_iter().enumerate() {
             let table = pair.sides[side].as_ref();
@@ -48,17 +50,35 @@ pub(super) fn create_contact<'a>(
                     group.number("closed", closed)?;
                 }
             }
-            add_state(&group, (table, pair.tangential), total, run, plan)?;
+            add_state(&group, (table, pair.law.is_frictional()), total, run, plan)?;
             let Some(growth) = spread.growth else { continue };
             let steps = group.group("steps")?;
             let rest = if growth.steps == 0 { growth.expected } else { 0 };
             for k in growth.steps + 1..=rest.max(growth.steps + 1) {
                 let table = table.filter(|_| k == growth.steps + 1);
-                add_state(&steps.group(&k.to_string())?, (table, pair.tangential), total, run, plan)?;
+                add_state(
+                    &steps.group(&k.to_string())?,
+                    (table, pair.law.is_frictional()),
+                    total,
+                    run,
+                    plan,
+                )?;
             }
         }
     }
     Ok(())
+}
+
+/// The tangential law as attributes, if there is one.
+fn add_law(group: &Place, law: Law) -> Result<()> {
+    if law.is_frictional() {
+        group.text("law", law.name())?;
+    }
+    match law {
+        Law::Coulomb { friction } => group.number("friction", friction),
+        Law::Tresca { shear } => group.number("shear", shear),
+        Law::Frictionless | Law::Rough | Law::Tied => Ok(()),
+    }
 }
 
 /// Removes the groups of steps that were not made.

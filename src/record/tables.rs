@@ -1,5 +1,6 @@
 //! Contact pairs and load steps after a run, as they go into the result file.
 use super::Reason;
+use crate::contact::Law;
 use std::collections::BTreeMap;
 
 /// One side of a contact pair after the run, node by node along the surface. Held by one rank only.
@@ -66,8 +67,8 @@ pub struct PairTables {
     pub name: String,
     /// `body.surface` of side A and side B.
     pub surfaces: [String; 2],
-    /// Whether the pair has a tangential law.
-    pub tangential: bool,
+    /// What the pair does tangentially.
+    pub law: Law,
     /// The tables, each on one rank, `None` on the others. A side may have none anywhere: a rigid surface.
     pub sides: [Option<SideTable>; 2],
 }

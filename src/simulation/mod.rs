@@ -6,6 +6,7 @@ mod energy;
 mod evidence;
 mod fields;
 mod files;
+mod friction_fields;
 mod measure;
 mod options;
 mod outline;

@@ -62,10 +62,11 @@ const FACTOR_SECONDS: f64 = 4.0e-6;
 const FACTOR_SECONDS_15: f64 = 6.0e-9;
 
 /// Bytes of the result file: of a point (coordinates), of a cell beside its nodes (type, offset, body), of the fields of a step at
-/// a point (displacement, stress, strain, von Mises) and in a cell (stress, strain, von Mises, error), and of the pictures.
+/// a point (displacement, stress, strain, von Mises; with friction traction, slip, status) and in a cell (stress, strain, von Mises, error), and of the pictures.
 const POINT: f64 = 24.0;
 const CELL: f64 = 13.0;
 const POINT_FIELDS: f64 = 128.0;
+const FRICTION_FIELDS: f64 = 56.0;
 const CELL_FIELDS: f64 = 112.0;
 const PICTURES: f64 = 2e5;
 
@@ -75,7 +76,8 @@ fn costs(case: &Case, plan: &Plan) -> Option<String> {
     let steps = case.steps.len().max(1) as f64;
     let increments = case.steps.iter().map(|step| step.increments.least()).sum::<usize>().max(1) as f64;
     let heated = case.bodies.iter().any(|b| b.temperature.is_some());
-    let point_fields = POINT_FIELDS + if heated { 8.0 } else { 0.0 };
+    let rubs = if case.has_friction() { FRICTION_FIELDS } else { 0.0 };
+    let point_fields = POINT_FIELDS + rubs + if heated { 8.0 } else { 0.0 };
     // By body: the factor of its elements, bytes of its grid and of its fields after a step.
     let mut of_bodies = vec![[0.0; 3]; case.bodies.len()];
     for (&b, mesh) in std::iter::zip(groups.bodies(), &plan.meshes) {

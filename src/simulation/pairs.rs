@@ -27,12 +27,7 @@ pub(super) fn pair_results(
     let mut tables: Vec<PairTables> = case
         .contacts
         .iter()
-        .map(|c| PairTables {
-            name: c.name.clone(),
-            surfaces: names(c),
-            tangential: c.law.is_frictional(),
-            sides: [None, None],
-        })
+        .map(|c| PairTables { name: c.name.clone(), surfaces: names(c), law: c.law, sides: [None, None] })
         .collect();
     let mut sums = vec![[0.0; SUMS]; case.contacts.len()];
     let mut maxima = vec![[0.0_f64; MAXIMA]; case.contacts.len()];

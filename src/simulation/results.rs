@@ -4,6 +4,7 @@ use super::{
     energy,
     evidence::Evidence,
     fields::{append, probe, start_fields},
+    friction_fields::add_friction,
     outline::outlines,
     pairs::pair_results,
     plausible::{self, Motion, Motions, plausibility},
@@ -433,6 +434,9 @@ fn measure(
     let probes = probe(case, plan, bodies, &recovered, world)?;
     let mut warnings = Vec::new();
     let (mut pairs, tables) = pair_results(case, found, world, &mut warnings);
+    if case.has_friction() {
+        add_friction(&mut piece, plan, bodies, &tables);
+    }
     let estimating = Stage::Estimate.enter();
     let mut of_pairs = vec![None; case.contacts.len()];
     for ((influence, _), stresses) in std::iter::zip(influences, parallel::sum(world, &changes)) {

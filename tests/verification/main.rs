@@ -8,6 +8,7 @@ mod beams;
 mod curved;
 mod energy;
 mod friction;
+mod friction_fields;
 mod heat;
 mod hertz;
 mod rectangles;

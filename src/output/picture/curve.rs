@@ -2,14 +2,14 @@
 use super::CURVES;
 use super::colour::ramp;
 use crate::output::Results;
-use crate::record::{IN_CONTACT, PairTables, SideTable};
+use crate::record::{PairTables, SideTable};
 use crate::vector::larger;
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
 /// Load steps whose curves can still be told apart.
 const STEPS: usize = 6;
 
-/// Pressure along a surface.
+/// Pressure or traction along a surface.
 pub(super) struct Curve<'a> {
     /// 0: side a of the pair.
     pub side: usize,
@@ -19,9 +19,10 @@ pub(super) struct Curve<'a> {
     /// Radius of the dot at a node in contact, pixels.
     pub dot: i32,
     pub points: Vec<Point>,
-    /// Length of the closed surface along which it is drawn, m.
-    period: Option<f64>,
-    table: &'a SideTable,
+    /// By node: where it is drawn, m, along a surface that is closed if it has a length, m.
+    places: Vec<f64>,
+    pub period: Option<f64>,
+    pub table: &'a SideTable,
     /// By node: what is drawn, Pa, and whether it gets a dot.
     nodes: Vec<(f64, bool)>,
 }
@@ -31,8 +32,8 @@ pub(super) struct Curve<'a> {
 pub(super) struct Point {
     /// Coordinate along the surface, m.
     pub s: f64,
-    /// Pressure, Pa.
-    pub pressure: f64,
+    /// Pressure or traction, Pa.
+    pub value: f64,
     /// True if it is in contact.
     pub touches: bool,
 }
@@ -48,17 +49,13 @@ impl<'a> Curve<'a> {
         Curve::of_nodes(side, name, table, nodes, (colour, width, dot))
     }
 
-    /// The size of the tangential traction, with a dot where a node sticks; `None` without a tangential law.
-    fn of_traction(
-        side: usize,
-        name: String,
-        table: &'a SideTable,
-        style: (RGBColor, u32, i32),
-    ) -> Option<Self> {
-        let traction = &table.tangential.as_ref()?.traction;
-        let node = |(q, status): (&f64, &i32)| (q.abs(), *status == IN_CONTACT);
-        let nodes = std::iter::zip(traction, &table.status).map(node).collect();
-        Some(Curve::of_nodes(side, name, table, nodes, style))
+    /// The same nodes with other values, drawn at the same places without dots.
+    pub fn with_values(&self, width: u32, value: impl Fn(usize) -> f64) -> Self {
+        let nodes = (0..self.table.s.len()).map(|i| (value(i), false)).collect();
+        let style = (self.colour, width, 0);
+        let mut curve = Curve::of_nodes(self.side, self.name.clone(), self.table, nodes, style);
+        curve.place(self.places.clone(), self.period);
+        curve
     }
 
     fn of_nodes(
@@ -69,53 +66,64 @@ impl<'a> Curve<'a> {
         (colour, width, dot): (RGBColor, u32, i32),
     ) -> Self {
         let stroke = colour.stroke_width(width);
-        let mut curve =
-            Curve { side, name, colour, stroke, dot, points: Vec::new(), period: None, table, nodes };
+        let mut curve = Curve {
+            side,
+            name,
+            colour,
+            stroke,
+            dot,
+            points: Vec::new(),
+            places: Vec::new(),
+            period: None,
+            table,
+            nodes,
+        };
         curve.place(table.s.clone(), table.closed);
         curve
     }
 
-    /// Draws the nodes at other coordinates, along a closed surface of length `period`. What has no coordinate or no pressure is
+    /// Draws the nodes at other coordinates, along a closed surface of length `period`. What has no coordinate or no value is
     /// left out. A closed curve comes back to its first node.
     fn place(&mut self, s: Vec<f64>, period: Option<f64>) {
         self.period = period;
         let closed = self.table.closed;
         let point = |(i, s): (usize, f64)| {
-            let (pressure, touches) = self.nodes[i];
-            Point { s, pressure, touches }
+            let (value, touches) = self.nodes[i];
+            Point { s, value, touches }
         };
         let back = s.first().copied().filter(|_| closed.is_some()).map(|first| {
             // Along itself the first node is at the end, too; along another surface it stays where it is.
             let own = s == self.table.s;
             (0, if own { closed.unwrap_or(first) } else { first })
         });
-        let all = s.into_iter().enumerate().chain(back).map(point);
-        self.points = all.filter(|p| p.s.is_finite() && p.pressure.is_finite()).collect();
+        self.places = s;
+        let all = self.places.iter().copied().enumerate().chain(back).map(point);
+        self.points = all.filter(|p| p.s.is_finite() && p.value.is_finite()).collect();
     }
 }
 
 impl Curve<'_> {
-    /// The curve within a range: coordinate, m, and pressure, Pa. One line, or on a closed surface one on either side of
+    /// The curve within a range: coordinate, m, and value, Pa. One line, or on a closed surface one on either side of
     /// where the coordinate begins anew.
     pub fn within(&self, from: f64, to: f64) -> Vec<Vec<(f64, f64)>> {
         let mut lines = vec![Vec::new()];
         for (i, p) in self.points.iter().enumerate() {
-            let start = (p.s, p.pressure);
+            let start = (p.s, p.value);
             let Some(q) = self.points.get(i + 1) else {
                 push(&mut lines, start, [from, to]);
                 continue;
             };
-            let end = (q.s, q.pressure);
+            let end = (q.s, q.value);
             match self.period {
                 Some(period) if (q.s - p.s).abs() > 0.5 * period => {
                     let seams = if p.s > q.s { [period, 0.0] } else { [0.0, period] };
                     let ways = [(seams[0] - p.s).abs(), (q.s - seams[1]).abs()];
                     let t = if ways[0] + ways[1] > 0.0 { ways[0] / (ways[0] + ways[1]) } else { 0.0 };
-                    let pressure = p.pressure + t * (q.pressure - p.pressure);
-                    piece(&mut lines, start, (seams[0], pressure), [from, to]);
-                    push(&mut lines, (seams[0], pressure), [from, to]);
+                    let value = p.value + t * (q.value - p.value);
+                    piece(&mut lines, start, (seams[0], value), [from, to]);
+                    push(&mut lines, (seams[0], value), [from, to]);
                     lines.push(Vec::new());
-                    piece(&mut lines, (seams[1], pressure), end, [from, to]);
+                    piece(&mut lines, (seams[1], value), end, [from, to]);
                 }
                 _ => piece(&mut lines, start, end, [from, to]),
             }
@@ -150,12 +158,20 @@ fn piece(lines: &mut [Vec<(f64, f64)>], start: (f64, f64), end: (f64, f64), rang
 pub(super) fn curves(results: &Results, pair: usize) -> Vec<Curve<'_>> {
     let before = results.before.iter().map(|state| &state.pairs[pair]);
     let steps: Vec<&PairTables> = before.chain([&results.pairs[pair]]).collect();
-    match &steps[..] {
+    let mut curves = match &steps[..] {
         [] => Vec::new(),
-        [.., last] if last.tangential => frictional(&steps, results),
         [last] => sides(last),
         steps => steps_of(steps, results),
+    };
+    // What is in contact is below them. The same pressure after several steps is to be seen for each.
+    let n = curves.len() as u32;
+    for (i, curve) in curves.iter_mut().enumerate().filter(|_| results.pairs[pair].law.is_frictional()) {
+        curve.dot = 0;
+        if steps.len() > 1 {
+            curve.stroke = curve.colour.stroke_width(2 + 2 * (n - 1 - i as u32).min(2));
+        }
     }
+    curves
 }
 
 fn sides(pair: &PairTables) -> Vec<Curve<'_>> {
@@ -175,29 +191,6 @@ fn sides(pair: &PairTables) -> Vec<Curve<'_>> {
     curves
 }
 
-/// Of a pair with a tangential law: the pressure after the last step, and the tractions after up to six steps.
-fn frictional<'a>(steps: &[&'a PairTables], results: &Results) -> Vec<Curve<'a>> {
-    let Some(last) = steps.last() else { return Vec::new() };
-    let with = |side: usize| last.sides[side].as_ref().is_some_and(|table| table.multipliers);
-    let side = usize::from(!with(0));
-    let Some(table) = last.sides[side].as_ref() else { return Vec::new() };
-    let chosen = choose(steps.len());
-    let mut curves = vec![Curve::new(side, "pressure".into(), table, (CURVES[0], 4, 0))];
-    for (i, &k) in chosen.iter().enumerate() {
-        let Some(table) = steps[k].sides[side].as_ref() else { continue };
-        let (name, colour) = match steps.len() {
-            1 => ("tangential traction".into(), CURVES[1]),
-            _ => {
-                let light = 1.0 - i as f64 / (chosen.len() - 1).max(1) as f64;
-                let [r, g, b] = ramp(0.82 * light);
-                (format!("tangential traction, {}", step_name(results, k)), RGBColor(r, g, b))
-            }
-        };
-        curves.extend(Curve::of_traction(side, name, table, (colour, 2, 3)));
-    }
-    curves
-}
-
 /// `step 2, shear`.
 fn step_name(results: &Results, k: usize) -> String {
     let name = results.run.steps.as_ref().and_then(|table| table.get(k)?.name.as_deref());
@@ -210,9 +203,16 @@ fn steps_of<'a>(steps: &[&'a PairTables], results: &Results) -> Vec<Curve<'a>> {
         let tables = steps.iter().filter_map(|pair| pair.sides[side].as_ref());
         tables.flat_map(|table| &table.pressure).copied().filter(|p| p.is_finite()).fold(0.0, larger)
     };
+    let with_multipliers = |side: &usize| {
+        let mut tables = steps.iter().filter_map(|pair| pair.sides[*side].as_ref());
+        tables.any(|table| table.multipliers)
+    };
+    let rubs = steps.iter().any(|pair| pair.law.is_frictional());
     let side = match &carriers(steps)[..] {
         [] => return Vec::new(),
         [side] => *side,
+        // Tractions are exact where the unknowns are.
+        both if rubs => usize::from(!both.first().is_some_and(with_multipliers)),
         // Two faces of the same pressure: the first will do.
         _ => usize::from(largest(1) > 2.0 * largest(0)),
     };
@@ -253,7 +253,7 @@ pub(super) fn range(curves: &[Curve]) -> (f64, f64) {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), s| (low.min(s), high.max(s)))
     };
     let (low, high) = around(&mut points().map(|point| point.s));
-    let touching = |point: &&Point| point.touches || point.pressure != 0.0;
+    let touching = |point: &&Point| point.touches || point.value != 0.0;
     let (from, to) = around(&mut points().filter(touching).map(|point| point.s));
     // A small contact would be a needle: show it with as much beside it.
     let margin = 0.5 * (to - from);
@@ -285,10 +285,11 @@ fn along(a: &SideTable, b: &SideTable) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod testing {
     use super::*;
 
-    fn table(s: [f64; 3], x: [f64; 3], status: [i32; 3]) -> SideTable {
+    /// A side of three nodes without pressure.
+    pub fn table(s: [f64; 3], x: [f64; 3], status: [i32; 3]) -> SideTable {
         let zeros = vec![[0.0; 3]; 3];
         SideTable {
             s: s.to_vec(),
@@ -303,6 +304,18 @@ mod tests {
         }
     }
 
+    /// Its pressure.
+    pub fn curve(table: &SideTable) -> Curve<'_> {
+        Curve::new(0, String::new(), table, (CURVES[0], 1, 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{curve, table};
+    use super::*;
+    use crate::contact::Law;
+
     #[test]
     fn the_other_side_is_drawn_where_it_touches() {
         let a = table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], [1; 3]);
@@ -316,7 +329,7 @@ mod tests {
         let pair = |sides| PairTables {
             name: "p".into(),
             surfaces: ["a".into(), "b".into()],
-            tangential: false,
+            law: Law::Frictionless,
             sides,
         };
         assert_eq!(carriers(&[&pair([side([0; 3]), side([0, 1, 2])])]), [1]);
@@ -331,7 +344,7 @@ mod tests {
     fn a_line_ends_at_the_ends_of_the_range() {
         let mut side = table([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], [1; 3]);
         side.pressure = vec![0.0, 2.0, 6.0];
-        let mut curve = Curve::new(0, String::new(), &side, (CURVES[0], 1, 1));
+        let mut curve = curve(&side);
         assert_eq!(curve.within(0.5, 1.5), [[(0.5, 1.0), (1.0, 2.0), (1.5, 4.0)]]);
         curve.place(vec![2.0, 1.0, 0.0], None);
         assert_eq!(curve.within(0.5, 1.5), [[(1.5, 1.0), (1.0, 2.0), (0.5, 4.0)]]);
@@ -351,12 +364,12 @@ mod tests {
             ..table([0.0; 3], [0.0; 3], [2; 3])
         };
         let a = ring([1.0, 2.0, 3.0]);
-        let own = Curve::new(0, String::new(), &a, (CURVES[0], 1, 1));
+        let own = curve(&a);
         assert_eq!(own.within(0.0, 3.0), [[(0.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 1.0)]]);
         // Backwards, in the middles of the sides of the first.
         let middle = |k: f64| std::array::from_fn(|c| 0.5 * (corner(k)[c] + corner(k + 1.0)[c]));
         let b = SideTable { x: [1.0, 0.0, 2.0].map(middle).to_vec(), ..ring([4.0, 6.0, 8.0]) };
-        let mut other = Curve::new(1, String::new(), &b, (CURVES[1], 1, 1));
+        let mut other = curve(&b);
         other.place(along(&a, &b), a.closed);
         let lines = other.within(0.0, 3.0);
         let expected = [vec![(1.5, 4.0), (0.5, 6.0), (0.0, 7.0)], vec![(3.0, 7.0), (2.5, 8.0), (1.5, 4.0)]];

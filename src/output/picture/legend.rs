@@ -17,6 +17,8 @@ pub(super) enum Symbol {
     Line(ShapeStyle),
     /// A broken line.
     Dashes(ShapeStyle),
+    /// A bar.
+    Bar(RGBColor),
     /// A dot.
     Dot(RGBColor),
     /// A circle around a dot.
@@ -68,6 +70,10 @@ impl Legend {
                 Symbol::Line(stroke) => line(0, SYMBOL - 6, stroke)?,
                 Symbol::Dashes(stroke) => {
                     [(0, 5), (8, 13), (16, 20)].into_iter().try_for_each(|(a, b)| line(a, b, stroke))?;
+                }
+                Symbol::Bar(colour) => {
+                    let corners = [(x, y - 4), (x + SYMBOL - 6, y + 4)];
+                    area.draw(&Rectangle::new(corners, colour.filled())).map_err(failed)?;
                 }
                 Symbol::Dot(colour) => {
                     area.draw(&Circle::new((x + (SYMBOL - 6) / 2, y), 4, colour.filled())).map_err(failed)?;

@@ -1,8 +1,9 @@
 //! Pictures of a run, drawn by one process from the result file.
 //!
 //! `bodies.png`: the deformed bodies, coloured by a stress component; `pressure.svg`: contact pressure along
-//! the surfaces; `convergence.svg`: the alternation.
+//! the surfaces, and the tractions of friction; `convergence.svg`: the alternation.
 mod bodies;
+mod chart;
 mod colour;
 mod convergence;
 mod curve;
@@ -15,6 +16,7 @@ mod raster;
 mod scale;
 mod scene;
 mod sharp;
+mod traction;
 mod view;
 
 pub(crate) use precision::{Precision, PrecisionCurve, PrecisionPoint};
