@@ -6,7 +6,7 @@ use super::material::Materials;
 use super::node::{Node, Value};
 use super::path::Paths;
 use super::reader::{Fields, Reader, all};
-use super::{Analysis, BodyCase, BodyRef, Case, ContactCase, RigidCase, Units};
+use super::{Analysis, BodyCase, BodyRef, Case, RigidCase, Units};
 use super::{alternation, body, edit, exact, fingerprint, material, nearest, path, rigid, step, study};
 use crate::error::{Error, Result};
 
@@ -131,7 +131,6 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     let contacts = fields.tables("contact");
     refuse_duplicates(&contacts, "contacts");
     let contacts = all(contacts.iter().map(|table| contact::read(table, named, alternation.as_ref())));
-    refuse_solvers(&tables, named, contacts.as_deref().unwrap_or_default());
     let steps = fields.tables("step");
     refuse_duplicates(&steps, "steps");
     let path_cases = path::read_all(&fields, &paths);
@@ -228,25 +227,6 @@ pub fn variant_names(path: &Path) -> Result<Vec<String>> {
         std::fs::read_to_string(&file).map_err(|e| Error::Input(format!("{shown}: cannot be read: {e}")))?;
     let root = Node::parse(&text, &shown)?;
     Ok(variants(&root).iter().filter_map(|node| Some(node.get("name")?.text()?.to_string())).collect())
-}
-
-/// Notes bodies with tangential forces that are to answer by their solver: friction is settled on their compliance.
-fn refuse_solvers(tables: &[Fields<'_>], named: &[NamedBody<'_>], contacts: &[ContactCase]) {
-    for contact in contacts.iter().filter(|contact| contact.law.is_frictional()) {
-        let bodies = contact.surfaces.iter().filter_map(|s| named.iter().position(|b| b.body == s.body));
-        for table in bodies.filter_map(|i| tables.get(i)) {
-            if table.choice("response") == Some(2) {
-                table.error_at(
-                    "response",
-                    format!(
-                        "'solver' was given; contact '{}' has friction, which is settled on the compliance of the bodies: use \
-                         \"automatic\" or \"condensed\"",
-                        contact.name
-                    ),
-                );
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -36,6 +36,8 @@ pub struct PairRows {
     pub law: Law,
     /// Weight of each row's multiplier, m2; 1 if none are given.
     pub area: Vec<f64>,
+    /// Place of each normal row along the surface, m; empty if none are given.
+    pub along: Vec<f64>,
     /// Estimate of the local stiffness against approach of the two surfaces at a row, N/m: thickness / (1/E'_A + 1/E'_B).
     /// Sets scales and a first guess, never the solution.
     pub stiffness: f64,

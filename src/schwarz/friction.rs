@@ -1,14 +1,16 @@
 //! The default driver where surfaces have tangential forces: the whole contact problem, active set and friction together, is
-//! settled on the dense compliance of the condensed bodies, and one alternation tests what was found.
+//! settled on the dense compliance of the bodies, and one alternation tests what was found. Where a body answers by its solver the compliance
+//! is a model that learns from every alternation.
 use super::{
     ActiveSet, Ended, PairRows, Reason, Respond, Touch,
     coarse::Resists,
     dual::{Layout, gathered},
     frictional::{Answer, Forces, Frictional, Given, Node},
+    learned::{Learned, add_half_planes},
 };
 use crate::{
     contact::Law,
-    error::{Error, Result},
+    error::Result,
     petsc::Symmetric,
     record::HistoryRow,
     tolerances::{HELD_COMPLIANCE, SUM},
@@ -16,8 +18,8 @@ use crate::{
 };
 use std::ops::Range;
 
-/// Alternations that take out what the dense problem's round-off leaves.
-const CORRECTIONS: usize = 6;
+/// Alternations without a smaller residual after which a model of the compliance has no more to learn.
+const LEARNS: usize = 12;
 
 /// A residual that does not fall below this share of the one before is round-off.
 const FALLS: f64 = 0.5;
@@ -34,6 +36,8 @@ struct Dense {
     problem: Frictional,
     /// x = R s, A = F / (s s'), the same s for the rows of a node.
     scale: Vec<f64>,
+    /// Where a body answers by its solver: what A has learned.
+    learned: Option<Learned>,
 }
 
 impl<B: Respond> ActiveSet<'_, '_, B> {
@@ -53,7 +57,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         if self.largest(&start) == 0.0 && !bonded {
             return Ok(self.rest_open(start));
         }
-        let dense = self.dense()?;
+        let mut dense = self.dense()?;
         // All nodes that the bodies would press together stick at first, as in the paper.
         let pressed: Vec<bool> = start.iter().map(|f| *f > 0.0).collect();
         let all_stick = self.on_nodes(&dense, |i, j| {
@@ -65,12 +69,17 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             starts.insert(0, self.on_nodes(&dense, |i, j| known[i].get(j).copied().unwrap_or(Touch::Open)));
         }
         let mut gap = self.g_free.clone();
-        let mut before = f64::INFINITY;
-        for _ in 0..CORRECTIONS {
+        // The smallest residual so far, and the alternations since; whether the one before was small enough.
+        let (mut best, mut waited, mut small) = (f64::INFINITY, 0, false);
+        loop {
             let Some(answer) = self.settle(&dense, &gap, &starts)? else {
                 return Ok(Ended::Outcome(self.outcome(Reason::NoState)));
             };
             self.updates += answer.updates;
+            // What was learned last leaves all nodes as they are: the forces that were tried are the answer.
+            if small && answer.holds && starts.first() == Some(&answer.states) {
+                return Ok(Ended::Outcome(self.outcome(Reason::Converged)));
+            }
             self.take(&dense, &answer);
             if !answer.holds {
                 return Ok(Ended::Driven(self.drift()));
@@ -90,21 +99,59 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 return Ok(Ended::Outcome(self.outcome(Reason::NotFinite)));
             }
             let any = self.any_touch();
-            if self.residual <= self.limits.tolerance || !any {
+            small = self.residual <= self.limits.tolerance;
+            if let (true, Some(_)) = (small && any, &dense.learned) {
+                small = self.follow_mesh_error(self.residual) && self.residual <= self.limits.tolerance;
+            }
+            if dense.learned.is_none() && (small || !any) {
                 let reason = if any { Reason::Converged } else { Reason::Open };
                 return Ok(Ended::Outcome(self.outcome(reason)));
             }
-            if self.residual > FALLS * before {
+            waited += 1;
+            if self.residual <= FALLS * best {
+                (best, waited) = (self.residual, 0);
+            }
+            let patience = if dense.learned.is_some() { LEARNS } else { 0 };
+            if waited > patience {
                 self.round_off = Some(self.residual);
                 let good = self.residual <= larger(self.limits.tolerance, WORTHLESS);
                 let reason = if good { Reason::Converged } else { Reason::Stalled };
                 return Ok(Ended::Outcome(self.outcome(reason)));
             }
-            before = self.residual;
-            // The dense problem closes what is left.
-            std::iter::zip(&mut gap, &residual).for_each(|(gap, r)| *gap += r);
+            if self.recorder.count() >= self.limits.max_alternations {
+                return Ok(Ended::Outcome(self.outcome(Reason::MaxAlternations)));
+            }
+            let pushed: Vec<f64> = std::iter::zip(own, other).map(|(own, other)| own + other).collect();
+            // What the dense problem takes the answer for is put right.
+            let beside = self.learn(&mut dense, &pushed)?;
+            gap = std::iter::zip(&self.g_free, beside).map(|(g, beside)| g + beside).collect();
         }
-        Ok(Ended::Outcome(self.outcome(Reason::Stalled)))
+    }
+
+    /// Takes in that the forces push the rows inwards by `pushed`, m, and gives what they then do beside the compliance as it
+    /// stands, m: round-off where that is exact. Collective on the roots.
+    fn learn(&self, dense: &mut Dense, pushed: &[f64]) -> Result<Vec<f64>> {
+        let exchange = self.coupling.exchange;
+        let Dense { first, problem, learned, scale, .. } = dense;
+        let place = Layout { coupling: &*self.coupling, first };
+        let (x, y, solves) = (place.gather(&self.force), place.gather(pushed), place.solves());
+        let mut look = || -> Result<Vec<f64>> {
+            if !solves {
+                return Ok(vec![0.0; x.len()]);
+            }
+            let x: Vec<f64> = std::iter::zip(&x, &*scale).map(|(x, s)| x * s).collect();
+            let y: Vec<f64> = std::iter::zip(&y, &*scale).map(|(y, s)| y / s).collect();
+            if let Some(learned) = learned {
+                let a = std::mem::replace(&mut problem.a, Symmetric::from_lower_rows(0, Vec::new()));
+                problem.a = learned.learn(a, &x, &y)?;
+            }
+            let of_a = problem.a.times(&x)?;
+            Ok(std::iter::zip(&y, of_a).zip(&*scale).map(|((y, a), s)| (y - a) * s).collect())
+        };
+        let beside = exchange.sum(&exchange.agree(look())?);
+        let mut own = place.own(&beside);
+        own.resize(self.coupling.n, 0.0);
+        Ok(own)
     }
 
     /// Which rows the bodies press together at first: as without friction; where a load drives a motion then, as if the
@@ -171,29 +218,30 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
     fn dense(&self) -> Result<Dense> {
         let (coupling, exchange, n_pairs) =
             (&*self.coupling, self.coupling.exchange, self.recorder.n_pairs());
-        let mut counts = vec![[0.0; 2]; n_pairs + 1];
+        // Of each pair: rows, nodes, and bodies on either side that answer by their solver.
+        let mut counts = vec![[0.0; 4]; n_pairs];
         for (end, rows) in std::iter::zip(coupling.ends, self.rows).filter(|(end, _)| end.multiplier) {
-            counts[end.pair] = [end.rows.len() as f64, rows.n_normal() as f64];
+            counts[end.pair][..2].copy_from_slice(&[end.rows.len() as f64, rows.n_normal() as f64]);
         }
-        for body in coupling.bodies.iter() {
-            counts[n_pairs][0] += f64::from(u8::from(body.compliance().is_none() && body.n_rows() > 0));
+        for end in coupling.ends {
+            let body = &coupling.bodies[end.body];
+            let missing = body.compliance().is_none() && !end.rows.is_empty();
+            counts[end.pair][if end.multiplier { 2 } else { 3 }] = f64::from(u8::from(missing));
         }
         let counts = exchange.sum(counts.as_flattened());
-        let (counts, _) = counts.as_chunks::<2>();
-        let missing = counts[n_pairs][0] > 0.0;
+        let (counts, _) = counts.as_chunks::<4>();
+        let missing: Vec<[bool; 2]> = counts.iter().map(|c| [c[2] > 0.0, c[3] > 0.0]).collect();
+        let learns = missing.as_flattened().contains(&true);
         let first: Vec<usize> =
             (0..=n_pairs).map(|p| counts[..p].iter().map(|c| c[0]).sum::<f64>() as usize).collect();
         let begins: Vec<usize> =
             (0..=n_pairs).map(|p| counts[..p].iter().map(|c| c[1]).sum::<f64>() as usize).collect();
-        exchange.agree(match missing {
-            true => Err(Error::input(
-                "friction needs bodies that answer condensed: leave 'response' at automatic",
-            )),
-            false => Ok(()),
-        })?;
         let nodes: Vec<Range<usize>> = (0..n_pairs).map(|p| begins[p]..begins[p + 1]).collect();
         let n = first[n_pairs];
         let mut f = gathered(coupling, &first);
+        if learns {
+            add_half_planes(&mut f, coupling, self.rows, &missing, &first);
+        }
         let place = Layout { coupling, first: &first };
         // Per row: friction, shear force and whether it is bonded.
         let per_row = |value: &dyn Fn(&PairRows, usize) -> f64| -> Vec<f64> {
@@ -227,7 +275,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             pairs: nodes.clone(),
             a: Symmetric::from_lower_rows(n, f),
         };
-        Ok(Dense { first, nodes, problem, scale })
+        Ok(Dense { first, nodes, problem, scale, learned: learns.then(Learned::default) })
     }
 
     /// A state per node of all pairs, from this rank's nodes, given by end and row. Bonded nodes stick. Collective on the

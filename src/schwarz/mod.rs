@@ -16,6 +16,7 @@ mod friction;
 mod frictional;
 mod guess;
 mod influence;
+mod learned;
 mod lifting;
 mod projected_cg;
 mod quadratic;

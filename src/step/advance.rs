@@ -133,7 +133,7 @@ impl Engine {
             let nodes: Vec<u32> = nodes.into_iter().map(|n| n as u32).collect();
             let kind = match case.bodies[b].response {
                 // It asks for displacements at the active rows alone, and for exact answers.
-                _ if is_relaxed || case.has_friction() => ResponseKind::Condensed,
+                _ if is_relaxed => ResponseKind::Condensed,
                 ResponseCase::Automatic => ResponseKind::Automatic,
                 ResponseCase::Condensed => ResponseKind::Condensed,
                 ResponseCase::Solver => ResponseKind::Solver,

@@ -40,6 +40,8 @@ pub(crate) struct Pair {
     pub cover: Vec<Option<[f64; 2]>>,
     /// How far the surfaces may lie from what the gap of each row was measured with, m: [`Surface::sagitta_in_doubt`].
     pub doubt: Vec<f64>,
+    /// Where the node of each row is along its surface, m.
+    pub along: Vec<f64>,
     /// Index in the case.
     pub number: usize,
     /// The surface with the multipliers.
@@ -194,6 +196,8 @@ fn one_pair(
         row.terms[side].iter().map(|t| doubts[side][t.0 as usize]).fold(0.0, crate::vector::larger)
     };
     let doubt = rows.iter().map(|row| of_nodes(0, row) + of_nodes(1, row)).collect();
+    let place = |(j, row): (usize, &Row)| [own, other][usize::from(j >= n_own)].s[row.node as usize];
+    let along = rows.iter().enumerate().map(place).collect();
     let mut nodes: Vec<u32> = rows.iter().flat_map(|r| r.terms[1].iter().map(|t| t.0)).collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -217,6 +221,7 @@ fn one_pair(
         watched,
         cover,
         doubt,
+        along,
         beyond: beyond.into_iter().map(|(row, _)| row).collect(),
         number: pair,
         grain: Grain::new(own),
@@ -461,6 +466,7 @@ impl Shares {
                     gap: data.on_all_rows(data.rows.iter().map(|row| data.gap_of(row)), |_| 0.0),
                     law: data.law,
                     area: data.on_all_rows(data.rows.iter().map(|row| row.area), |area| area),
+                    along: data.along.clone(),
                     stiffness: thickness / (1.0 / data.moduli[0] + 1.0 / data.moduli[1]),
                     compliance_ratio: data.moduli[1] / data.moduli[0],
                     mortar_is_coarse: data.mortar_nodes < data.rows.len(),
