@@ -71,6 +71,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let mut gap = self.g_free.clone();
         // The smallest residual so far, and the alternations since; whether the one before was small enough.
         let (mut best, mut waited, mut small) = (f64::INFINITY, 0, false);
+        let mut kept: Option<(f64, Answer, Vec<f64>)> = None;
         loop {
             let Some(answer) = self.settle(&dense, &gap, &starts)? else {
                 return Ok(Ended::Outcome(self.outcome(Reason::NoState)));
@@ -112,7 +113,13 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 (best, waited) = (self.residual, 0);
             }
             let patience = if dense.learned.is_some() { LEARNS } else { 0 };
-            if waited > patience {
+            if kept.as_ref().is_none_or(|kept| self.residual < kept.0) {
+                kept = Some((self.residual, answer, self.gap.clone()));
+            }
+            if let (true, Some((residual, answer, gap))) = (waited > patience, &kept) {
+                // What was learned from round-off may have led away again.
+                self.take(&dense, answer);
+                (self.residual, self.gap) = (*residual, gap.clone());
                 self.round_off = Some(self.residual);
                 let good = self.residual <= larger(self.limits.tolerance, WORTHLESS);
                 let reason = if good { Reason::Converged } else { Reason::Stalled };

@@ -9,11 +9,11 @@
 //!
 //! with s conjugate to all directions before it, so that A stays exact for all forces that have been tried, symmetric and positive definite.
 use super::{Coupling, PairRows, Respond};
-use crate::{error::Result, petsc::Symmetric, vector::larger};
+use crate::{error::Result, petsc::Symmetric, vector::{larger, smaller}};
 use std::f64::consts::PI;
 
 /// A direction that does less than this share of the work of the forces is known but for round-off by those before it.
-const NOTHING_NEW: f64 = 1e-16;
+const NOTHING_NEW: f64 = 1e-22;
 
 /// Directions that were tried, conjugate to each other: forces, what they push the rows inwards, and the work of the one on the other.
 #[derive(Default)]
@@ -81,22 +81,30 @@ pub(super) fn add_half_planes<B: Respond>(
 
 /// ln(L / r) of each two of the `nodes` at the places `along`; of a node with itself that of the mean over its share of the surface.
 fn half_plane(along: &[f64], nodes: &[usize]) -> Vec<(usize, usize, f64)> {
-    let mut places: Vec<f64> = nodes.iter().map(|&i| along[i]).collect();
-    places.sort_by(f64::total_cmp);
+    let mut order = nodes.to_vec();
+    order.sort_by(|&i, &j| along[i].total_cmp(&along[j]));
+    let places: Vec<f64> = order.iter().map(|&i| along[i]).collect();
     let extent = places.last().copied().unwrap_or(0.0) - places.first().copied().unwrap_or(0.0);
-    let share = extent / (nodes.len().max(2) - 1) as f64;
-    // As far away as nothing is moved.
+    // As far away as nothing is moved; one node has nothing to be measured by.
     let length = if extent > 0.0 { 2.0 * extent } else { 1.0 };
-    let kernel = |i: usize, j: usize| {
-        let r = (along[i] - along[j]).abs();
-        match i == j || r == 0.0 || extent == 0.0 {
-            // The mean over a share h of ln(L / r) with r from its middle.
-            true => (2.0 * length / if share > 0.0 { share } else { length }).ln() + 1.0,
-            false => (length / larger(r, 0.5 * share)).ln(),
-        }
+    let share = |k: usize| {
+        let [before, after] = [places[k.saturating_sub(1)], places[(k + 1).min(places.len() - 1)]];
+        let parts = usize::from(k > 0) + usize::from(k + 1 < places.len());
+        let share = (after - before) / parts.max(1) as f64;
+        if share > 0.0 { share } else { length }
     };
-    let all = nodes.iter().flat_map(|&i| nodes.iter().map(move |&j| (i, j)));
-    all.filter(|(i, j)| extent > 0.0 || i == j).map(|(i, j)| (i, j, kernel(i, j))).collect()
+    let mut entries = Vec::with_capacity(nodes.len().pow(2));
+    for (k, &i) in order.iter().enumerate() {
+        // The mean over a share h of ln(L / r), r from its middle.
+        entries.push((i, i, (2.0 * length / share(k)).ln() + 1.0));
+        for (l, &j) in order.iter().enumerate().take(k) {
+            // Nodes at the same place are as far apart as they are wide.
+            let r = larger(places[k] - places[l], 0.25 * smaller(share(k), share(l)));
+            let kernel = (length / r).ln();
+            entries.extend([(i, j, kernel), (j, i, kernel)]);
+        }
+    }
+    entries
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -135,11 +143,14 @@ mod tests {
 
     #[test]
     fn a_half_plane_is_positive_definite() {
-        // Nodes twice as dense in the middle.
-        let along: Vec<f64> = (0..40).map(|i| if i < 20 { 0.1 * i as f64 } else { 2.0 + 0.05 * (i - 20) as f64 }).collect();
         let nodes: Vec<usize> = (0..40).collect();
-        let mut a = vec![0.0; 1600];
-        half_plane(&along, &nodes).into_iter().for_each(|(i, j, kernel)| a[i * 40 + j] = kernel);
-        assert!(Symmetric::from_lower_rows(40, a).cholesky().unwrap().is_some());
+        // As dense everywhere, four times as dense in one half, and ever denser.
+        let halves = |i: f64| if i < 20.0 { 0.1 * i } else { 2.0 + 0.025 * (i - 20.0) };
+        for place in [&|i: f64| i, &halves, &|i: f64| 1.2_f64.powf(i)] as [&dyn Fn(f64) -> f64; 3] {
+            let along: Vec<f64> = (0..40).map(|i| place(i as f64)).collect();
+            let mut a = vec![0.0; 1600];
+            half_plane(&along, &nodes).into_iter().for_each(|(i, j, kernel)| a[i * 40 + j] = kernel);
+            assert!(Symmetric::from_lower_rows(40, a).cholesky().unwrap().is_some());
+        }
     }
 }

@@ -215,7 +215,7 @@ impl Run {
         self.checks = worse(self.checks, measured.checks);
         self.plausibility = plausible::worse(self.plausibility, measured.plausibility);
         self.factors = factors;
-        if let Some((point, energy)) = measured.energy {
+        if let (true, Some((point, energy))) = (reason.converged(), measured.energy) {
             (self.point, self.energy, state.energy) = (Some(point), energy, energy);
         }
         self.add_step(measured.summary);
