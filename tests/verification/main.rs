@@ -6,9 +6,11 @@ mod scenes;
 
 mod beams;
 mod curved;
+mod cycles;
 mod friction;
 mod heat;
 mod hertz;
+mod increments;
 mod rectangles;
 mod relaxed;
 mod responses;
