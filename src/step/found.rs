@@ -93,9 +93,11 @@ pub(crate) struct Rubbing {
 }
 
 impl Rubbing {
-    /// `along`: tangential forces and slips of this step by row; `thickness`, m.
+    /// `states`: of the rows, then those of nodes that have none any more; `slips`: of this step by row; `thickness`, m.
     fn new(data: &Pair, states: &[NodeState], slips: &[f64], thickness: f64) -> Rubbing {
-        let mut rubbing = Rubbing::default();
+        // What was lost stays lost where surfaces have parted since.
+        let dissipated = states.iter().map(|node| node.dissipated).sum();
+        let mut rubbing = Rubbing { dissipated, ..Rubbing::default() };
         for (j, (row, node)) in std::iter::zip(data.own_rows(), states).enumerate() {
             let kind = match node.status {
                 Touch::Open => continue,
@@ -103,7 +105,6 @@ impl Rubbing {
                 Touch::Forwards | Touch::Backwards => 1,
             };
             rubbing.force -= node.tangential;
-            rubbing.dissipated += node.dissipated;
             rubbing.lengths[kind] += row.area / thickness;
             rubbing.nodes[kind] += 1;
             rubbing.slip = larger(rubbing.slip, node.slip.abs());

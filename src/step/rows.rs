@@ -185,7 +185,8 @@ fn one_pair(
         .partition(|(row, _)| row.gap <= reach);
     let watched = [0, 1].map(|side| (0..near.len()).filter(|&j| !near[j].1[side]).collect::<Vec<usize>>());
     let mut rows: Vec<Row> = near.into_iter().map(|(row, _)| row).collect();
-    if contact.law.is_frictional() {
+    // Conjugate points have it already.
+    if contact.law.is_frictional() && case.alternation.transfer == Transfer::Mortar {
         between_normals(&mut rows, own, other);
     }
     let n_own = rows.len() - watched[0].len();
