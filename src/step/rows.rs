@@ -61,13 +61,14 @@ pub(crate) struct Pair {
 /// Whether supports hold a node of a surface along its normal, and along the surface.
 pub(super) type Held = [bool; 2];
 
-/// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
-/// Not collective.
+/// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first; `before`: the pairs
+/// of the geometry before, empty of the first. Not collective.
 pub(crate) fn pair_rows(
     case: &Case,
     plan: &Plan,
     surfaces: &[[Surface; 2]],
     held: &[[Vec<Held>; 2]],
+    before: &[Option<Pair>],
 ) -> Vec<Option<Pair>> {
     let mut pairs: Vec<Option<Pair>> = case.contacts.iter().map(|_| None).collect();
     for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
@@ -87,13 +88,17 @@ pub(crate) fn pair_rows(
                     same.then(|| (other[data.multiplier], data.nodes.iter().copied().collect()))
                 })
                 .collect();
-            pairs[pair] = Some(one_pair(case, plan, pair, sides, holds, &taken));
+            // What nodes have slipped and lost is known on one side, and stays there.
+            let before = before.get(pair).and_then(Option::as_ref).filter(|before| before.law.is_frictional());
+            let multiplier = before.map(|before| before.multiplier);
+            pairs[pair] = Some(one_pair(case, plan, pair, sides, holds, &taken, multiplier));
         }
     }
     pairs
 }
 
-/// `taken`: bodies and mesh nodes that carry the multipliers of earlier pairs of the same two bodies.
+/// `taken`: bodies and mesh nodes that carry the multipliers of earlier pairs of the same two bodies; `multiplier`: the side that carries
+/// those of this one, if that is settled.
 fn one_pair(
     case: &Case,
     plan: &Plan,
@@ -101,6 +106,7 @@ fn one_pair(
     sides: [&Surface; 2],
     held: [&Vec<Held>; 2],
     taken: &[(BodyRef, HashSet<u32>)],
+    multiplier: Option<usize>,
 ) -> Pair {
     let contact = &case.contacts[pair];
     let moduli = [0, 1].map(|s| match contact.surfaces[s].body.deformable() {
@@ -108,9 +114,10 @@ fn one_pair(
         None => f64::INFINITY,
     });
     let is_relaxed = matches!(case.alternation.driver, Driver::Relaxed(_));
-    let multiplier = match moduli.iter().position(|m| m.is_infinite()) {
-        Some(rigid) => 1 - rigid,
-        None => {
+    let multiplier = match (multiplier, moduli.iter().position(|m| m.is_infinite())) {
+        (Some(side), _) => side,
+        (None, Some(rigid)) => 1 - rigid,
+        (None, None) => {
             // Of sides that are alike the first by the name of its body: whatever order the case has.
             let names = [0, 1].map(|s| case.body_name(contact.surfaces[s].body));
             let [a, b] = if names[0] <= names[1] { [0, 1] } else { [1, 0] };

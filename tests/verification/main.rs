@@ -5,8 +5,10 @@ mod common;
 mod scenes;
 
 mod beams;
+mod corners;
 mod curved;
 mod cycles;
+mod frames;
 mod friction;
 mod heat;
 mod hertz;
@@ -16,8 +18,10 @@ mod relaxed;
 mod responses;
 mod rigid;
 mod rings;
+mod sliding;
 mod stack;
 mod steps;
+mod turning;
 mod updated;
 mod verdicts;
 
