@@ -89,7 +89,8 @@ pub(crate) fn pair_rows(
                 })
                 .collect();
             // What nodes have slipped and lost is known on one side, and stays there.
-            let before = before.get(pair).and_then(Option::as_ref).filter(|before| before.law.is_frictional());
+            let before =
+                before.get(pair).and_then(Option::as_ref).filter(|before| before.law.is_frictional());
             let multiplier = before.map(|before| before.multiplier);
             pairs[pair] = Some(one_pair(case, plan, pair, sides, holds, &taken, multiplier));
         }

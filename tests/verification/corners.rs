@@ -16,8 +16,14 @@ fn a_block_in_a_corner_slides_on_floor_and_wall() {
     let (floor, wall, load) = (0.4, 0.3, 1e6 * 0.03);
     for (sense, name) in [(-1.0, "down"), (1.0, "up")] {
         for element in ["quad4", "quad8"] {
-            let block = rectangle("block", "steel", element, (0.0, 0.03, 10), (0.0, 0.02, 7),
-                "load = [{ surface = \"top\", pressure = 1e6 }]");
+            let block = rectangle(
+                "block",
+                "steel",
+                element,
+                (0.0, 0.03, 10),
+                (0.0, 0.02, 7),
+                "load = [{ surface = \"top\", pressure = 1e6 }]",
+            );
             let text = format!(
                 "analysis = \"plane strain\"\n{STEEL}{block}\
                  [[body]]\nname = \"floor\"\nrigid = {{ plane = {{ through = [0, 0], normal = [0, 1] }}, x = 1e-3, path = \"floor\" }}\n\
@@ -39,11 +45,24 @@ fn a_block_in_a_corner_slides_on_floor_and_wall() {
                     assert_eq!(of(pair, "friction.sticking"), 0.0, "{what}");
                 }
                 near(of("floor", "resultant.0"), on_wall, 1e-9 * load, "dragged to the wall");
-                near(of("wall", "resultant.1"), sense * wall * on_wall, 1e-9 * load, "dragged along the wall");
+                near(
+                    of("wall", "resultant.1"),
+                    sense * wall * on_wall,
+                    1e-9 * load,
+                    "dragged along the wall",
+                );
             }
             // Nothing but slip from the first step to the second.
-            let gained = |pair: &str| of_step(&summary, 1, pair, "friction.dissipated") - of_step(&summary, 0, pair, "friction.dissipated");
-            near(gained("floor"), floor * on_floor * 0.5e-3, 1e-9 * floor * on_floor * 1e-3, "work on the floor");
+            let gained = |pair: &str| {
+                of_step(&summary, 1, pair, "friction.dissipated")
+                    - of_step(&summary, 0, pair, "friction.dissipated")
+            };
+            near(
+                gained("floor"),
+                floor * on_floor * 0.5e-3,
+                1e-9 * floor * on_floor * 1e-3,
+                "work on the floor",
+            );
             near(gained("wall"), wall * on_wall * 1.5e-3, 1e-9 * wall * on_wall * 1e-3, "work on the wall");
         }
     }
@@ -52,10 +71,23 @@ fn a_block_in_a_corner_slides_on_floor_and_wall() {
 /// A block over the joint of two slabs, each with its own coefficient, and dragged along: P is shared, and each share has its friction.
 #[test]
 fn a_block_over_a_joint_rubs_on_both_slabs() {
-    let block = rectangle("block", "steel", "quad4", (-0.02, 0.02, 13), (0.0, 0.015, 6),
-        "support = [{ surface = \"top\", x = 1e-4, path = \"drag\" }]\nload = [{ surface = \"top\", pressure = 1e6 }]");
+    let block = rectangle(
+        "block",
+        "steel",
+        "quad4",
+        (-0.02, 0.02, 13),
+        (0.0, 0.015, 6),
+        "support = [{ surface = \"top\", x = 1e-4, path = \"drag\" }]\nload = [{ surface = \"top\", pressure = 1e6 }]",
+    );
     let slab = |name: &str, x: (f64, f64, usize)| {
-        rectangle(name, "steel", "quad4", x, (-0.02, 0.0, 7), "support = [{ surface = \"bottom\", x = 0, y = 0 }]")
+        rectangle(
+            name,
+            "steel",
+            "quad4",
+            x,
+            (-0.02, 0.0, 7),
+            "support = [{ surface = \"bottom\", x = 0, y = 0 }]",
+        )
     };
     let text = format!(
         "analysis = \"plane strain\"\n{STEEL}{block}{}{}\
@@ -72,7 +104,8 @@ fn a_block_over_a_joint_rubs_on_both_slabs() {
     for (pair, friction, normal) in [("left", 0.4, normal[0]), ("right", 0.2, normal[1])] {
         near(of_step(&summary, 2, pair, "friction.force").abs(), friction * normal, 1e-9 * load, pair);
         near(of_step(&summary, 2, pair, "resultant.0"), -friction * normal, 1e-9 * load, pair);
-        let gained = of_step(&summary, 2, pair, "friction.dissipated") - of_step(&summary, 1, pair, "friction.dissipated");
+        let gained = of_step(&summary, 2, pair, "friction.dissipated")
+            - of_step(&summary, 1, pair, "friction.dissipated");
         near(gained, friction * normal * 0.5e-4, 1e-8 * friction * load * 1e-4, pair);
     }
 }
@@ -83,15 +116,34 @@ fn a_block_over_a_joint_rubs_on_both_slabs() {
 fn a_half_is_half_of_the_whole() {
     for soft in ["rigid", "deformable"] {
         let scene = |whole: bool| {
-            let (from, held) = if whole { (-1.0, "{ point = [0, 0.02], x = 0 }") } else { (0.0, "{ surface = \"left\", x = 0 }") };
+            let (from, held) = if whole {
+                (-1.0, "{ point = [0, 0.02], x = 0 }")
+            } else {
+                (0.0, "{ surface = \"left\", x = 0 }")
+            };
             let (n, m) = if whole { (24, 40) } else { (12, 20) };
-            let block = rectangle("block", "soft", "quad4", (0.015 * from, 0.015, n), (0.0, 0.02, 12),
-                &format!("support = [{held}]\nload = [{{ surface = \"top\", pressure = 2e7 }}]"));
+            let block = rectangle(
+                "block",
+                "soft",
+                "quad4",
+                (0.015 * from, 0.015, n),
+                (0.0, 0.02, 12),
+                &format!("support = [{held}]\nload = [{{ surface = \"top\", pressure = 2e7 }}]"),
+            );
             let side = if whole { "" } else { ", { surface = \"left\", x = 0 }" };
             let floor = match soft {
-                "rigid" => "[[body]]\nname = \"floor\"\nrigid = { plane = { through = [0, 0], normal = [0, 1] } }\n".to_owned(),
-                _ => rectangle("floor", "steel", "quad4", (0.03 * from, 0.03, m), (-0.03, 0.0, 14),
-                    &format!("support = [{{ surface = \"bottom\", x = 0, y = 0 }}{side}]")),
+                "rigid" => {
+                    "[[body]]\nname = \"floor\"\nrigid = { plane = { through = [0, 0], normal = [0, 1] } }\n"
+                        .to_owned()
+                }
+                _ => rectangle(
+                    "floor",
+                    "steel",
+                    "quad4",
+                    (0.03 * from, 0.03, m),
+                    (-0.03, 0.0, 14),
+                    &format!("support = [{{ surface = \"bottom\", x = 0, y = 0 }}{side}]"),
+                ),
             };
             let other = if soft == "rigid" { "floor.surface" } else { "floor.top" };
             let text = format!(
@@ -103,7 +155,12 @@ fn a_half_is_half_of_the_whole() {
         let [whole, half] = [true, false].map(scene);
         let key = |run: &Value, key: &str| value(run, &format!("pairs.pair.{key}"));
         for name in ["normal_force", "friction.dissipated"] {
-            near(key(&half.0, name), 0.5 * key(&whole.0, name), 1e-10 * key(&whole.0, name), &format!("{soft}: {name}"));
+            near(
+                key(&half.0, name),
+                0.5 * key(&whole.0, name),
+                1e-10 * key(&whole.0, name),
+                &format!("{soft}: {name}"),
+            );
         }
         let [whole, half] = [&whole.1, &half.1].map(|r| multipliers(r, 0).clone());
         let rows = |table: &SideTable| {
@@ -121,7 +178,9 @@ fn a_half_is_half_of_the_whole() {
         for k in 0..4 {
             let size = worst(a.iter().map(|row| row[k].abs()));
             assert!(size > 0.0, "{soft}: column {k}");
-            std::iter::zip(&a, &b).for_each(|(a, b)| near(b[k], a[k], 1e-10 * size, &format!("{soft}: column {k} at {}", a[0])));
+            std::iter::zip(&a, &b).for_each(|(a, b)| {
+                near(b[k], a[k], 1e-10 * size, &format!("{soft}: column {k} at {}", a[0]))
+            });
         }
     }
 }
@@ -131,21 +190,38 @@ fn a_half_is_half_of_the_whole() {
 #[test]
 fn what_parts_and_meets_again_begins_anew() {
     for (floor, other) in [
-        ("[[body]]\nname = \"floor\"\nrigid = { plane = { through = [0, 0], normal = [0, 1] }, x = 1e-3, path = \"along\" }\n", "floor.surface"),
+        (
+            "[[body]]\nname = \"floor\"\nrigid = { plane = { through = [0, 0], normal = [0, 1] }, x = 1e-3, path = \"along\" }\n",
+            "floor.surface",
+        ),
         ("", "floor.top"),
     ] {
         for geometry in ["initial", "updated"] {
-            let block = rectangle("block", "steel", "quad4", (-0.01, 0.01, 14), (0.0, 0.015, 8),
-                "support = [{ surface = \"top\", x = 0 }, { surface = \"top\", y = -1e-5, path = \"down\" }]");
+            let block = rectangle(
+                "block",
+                "steel",
+                "quad4",
+                (-0.01, 0.01, 14),
+                (0.0, 0.015, 8),
+                "support = [{ surface = \"top\", x = 0 }, { surface = \"top\", y = -1e-5, path = \"down\" }]",
+            );
             let floor = match floor {
-                "" => rectangle("floor", "steel", "quad4", (-0.04, 0.04, 56), (-0.02, 0.0, 8),
-                    "support = [{ surface = \"bottom\", y = 0 }, { surface = \"bottom\", x = 1e-3, path = \"along\" }]"),
+                "" => rectangle(
+                    "floor",
+                    "steel",
+                    "quad4",
+                    (-0.04, 0.04, 56),
+                    (-0.02, 0.0, 8),
+                    "support = [{ surface = \"bottom\", y = 0 }, { surface = \"bottom\", x = 1e-3, path = \"along\" }]",
+                ),
                 rigid => rigid.to_owned(),
             };
             // down, along: pressed; dragged; lifted by as much as it was pressed; on in the air; set down; dragged on.
             let way = [(1.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, 3.0), (1.0, 3.0), (1.0, 3.5)];
-            let steps: String =
-                way.iter().map(|(down, along)| format!("[[step]]\npaths = {{ down = {down}, along = {along} }}\n")).collect();
+            let steps: String = way
+                .iter()
+                .map(|(down, along)| format!("[[step]]\npaths = {{ down = {down}, along = {along} }}\n"))
+                .collect();
             let run = |n: usize| {
                 let steps: String = steps.split_inclusive("}\n").take(n).collect();
                 let text = format!(
@@ -162,7 +238,12 @@ fn what_parts_and_meets_again_begins_anew() {
             for step in [2, 3] {
                 assert_eq!(of(step, "normal_force"), 0.0, "{what}");
                 assert_eq!(of(step, "active"), 0.0, "{what}");
-                near(of(step, "friction.dissipated"), of(1, "friction.dissipated"), 1e-12 * of(1, "friction.dissipated"), &what);
+                near(
+                    of(step, "friction.dissipated"),
+                    of(1, "friction.dissipated"),
+                    1e-12 * of(1, "friction.dissipated"),
+                    &what,
+                );
             }
             let lost: Vec<f64> = (0..6).map(|step| of(step, "friction.dissipated")).collect();
             assert!(lost.windows(2).all(|w| w[1] >= w[0]), "{what}: {lost:?}");
@@ -175,7 +256,8 @@ fn what_parts_and_meets_again_begins_anew() {
                 let [pressed, dragged, again, last] =
                     [1, 2, 5, 6].map(|n| multipliers(&run(n).1, 0).tangential.clone().expect("a law"));
                 let size = largest(&pressed.traction);
-                std::iter::zip(&pressed.traction, &again.traction).for_each(|(a, b)| near(*b, *a, 1e-9 * size, &what));
+                std::iter::zip(&pressed.traction, &again.traction)
+                    .for_each(|(a, b)| near(*b, *a, 1e-9 * size, &what));
                 // Half as far dragged each node slips half of the travel less, for it springs back by the same.
                 for i in 0..last.slip.len() {
                     let [first, second] = [dragged.slip[i] - pressed.slip[i], last.slip[i] - again.slip[i]];

@@ -33,16 +33,22 @@ impl Frame {
 /// match unless `cells` of the two differ.
 fn scene(frame: Frame, law: &str, cells: [usize; 2], exchanged: bool) -> String {
     let Frame { angle, length, pressure } = frame;
-    let support = |surface: &str| format!("support = [{{ surface = \"{surface}\", x = 0, y = 0, angle = {angle} }}]");
+    let support =
+        |surface: &str| format!("support = [{{ surface = \"{surface}\", x = 0, y = 0, angle = {angle} }}]");
     let bodies = [
         format!(
             "[[body]]\nname = \"upper\"\nmaterial = \"soft\"\nmesh.block = {{ corners = {}, u = {{ cells = {} }}, v = {{ cells = 8 }} }}\n\
              load = [{{ surface = \"top\", pressure = {:?} }}, {{ surface = \"left\", path = \"push\", traction = {} }}]\n",
-            frame.corners([0.0, 0.02], [0.0, 0.01]), cells[0], 5e7 * pressure, frame.vector([2e7, 0.0], pressure),
+            frame.corners([0.0, 0.02], [0.0, 0.01]),
+            cells[0],
+            5e7 * pressure,
+            frame.vector([2e7, 0.0], pressure),
         ),
         format!(
             "[[body]]\nname = \"lower\"\nmaterial = \"hard\"\nmesh.block = {{ corners = {}, u = {{ cells = {} }}, v = {{ cells = 8 }} }}\n{}\n",
-            frame.corners([-0.01, 0.03], [-0.02, 0.0]), cells[1], support("bottom"),
+            frame.corners([-0.01, 0.03], [-0.02, 0.0]),
+            cells[1],
+            support("bottom"),
         ),
     ];
     let (bodies, surfaces) = match exchanged {
@@ -54,7 +60,8 @@ fn scene(frame: Frame, law: &str, cells: [usize; 2], exchanged: bool) -> String 
          material.hard = {{ young = {:?}, poisson = 0.3 }}\nmaterial.soft = {{ young = {:?}, poisson = 0.35 }}\n{bodies}\
          [[contact]]\nname = \"pair\"\nsurfaces = [{surfaces}]\n{law}\n\
          [[step]]\npaths = {{ push = 0 }}\n[[step]]\npaths = {{ push = 1 }}\n[[step]]\npaths = {{ push = -0.5 }}\n",
-        2.1e11 * pressure, 7e10 * pressure,
+        2.1e11 * pressure,
+        7e10 * pressure,
     )
 }
 
@@ -62,7 +69,8 @@ fn scene(frame: Frame, law: &str, cells: [usize; 2], exchanged: bool) -> String 
 fn along(results: &Results) -> Vec<[f64; 5]> {
     let table: &SideTable = multipliers(results, 0);
     let q = table.tangential.as_ref().expect("a law");
-    let row = |i: usize| [table.s[i], table.pressure[i], q.traction[i], q.slip[i], f64::from(table.status[i])];
+    let row =
+        |i: usize| [table.s[i], table.pressure[i], q.traction[i], q.slip[i], f64::from(table.status[i])];
     (0..table.s.len()).map(row).collect()
 }
 
@@ -88,8 +96,15 @@ fn same(a: &(Value, Results), b: &(Value, Results), frame: Frame, relative: f64,
             ("friction.max_slip", length, "friction.max_slip"),
             ("friction.slip_length", length, "contact_length"),
         ] {
-            let of = |run: &(Value, Results), key: &str| value(&run.0["steps"][step], &format!("pairs.pair.{key}"));
-            near(of(b, key) / unit, of(a, key), relative * of(a, size), &format!("{what}: {key} of step {step}"));
+            let of = |run: &(Value, Results), key: &str| {
+                value(&run.0["steps"][step], &format!("pairs.pair.{key}"))
+            };
+            near(
+                of(b, key) / unit,
+                of(a, key),
+                relative * of(a, size),
+                &format!("{what}: {key} of step {step}"),
+            );
         }
     }
 }
@@ -134,8 +149,8 @@ fn other_units_rub_alike() {
 fn exchanged_sides_rub_alike() {
     for text in LAWS {
         for cells in [[20, 40], [17, 40]] {
-            let [given, exchanged] =
-                [false, true].map(|exchanged| solve_all(&scene(PLAIN, &law(text, PLAIN), cells, exchanged), 1, &[]));
+            let [given, exchanged] = [false, true]
+                .map(|exchanged| solve_all(&scene(PLAIN, &law(text, PLAIN), cells, exchanged), 1, &[]));
             same(&given, &exchanged, PLAIN, 1e-9, &format!("{text}, {cells:?}"));
             let of = |run: &(Value, Results), key: &str| value(&run.0, &format!("pairs.pair.{key}"));
             for key in ["resultant.0", "resultant.1"] {

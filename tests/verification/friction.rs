@@ -8,7 +8,8 @@ use kontakt::{
 use serde_json::Value;
 use std::{f64::consts::PI, fmt::Write as _};
 
-pub(super) const STEEL: &str = "alternation.tolerance = 1e-10\nmaterial.steel = { young = 2.1e11, poisson = 0.3 }\n";
+pub(super) const STEEL: &str =
+    "alternation.tolerance = 1e-10\nmaterial.steel = { young = 2.1e11, poisson = 0.3 }\n";
 
 /// Half-width and radius of the two equal discs that are pressed together by 1 MN/m.
 pub(super) const A: f64 = 5.252317e-4;

@@ -31,12 +31,15 @@ fn a_belt_round_half_of_a_drum() {
     // What holds the belt along itself up to an angle: the tension there.
     for degrees in [30.25_f64, 60.25, 90.25, 120.25, 150.25] {
         let to = degrees.to_radians();
-        let held_by = |i: usize| table.force[i][1].mul_add(angle(i).cos(), -table.force[i][0] * angle(i).sin());
+        let held_by =
+            |i: usize| table.force[i][1].mul_add(angle(i).cos(), -table.force[i][0] * angle(i).sin());
         let passed: f64 = (0..table.s.len()).filter(|&i| angle(i) < to).map(held_by).sum();
         let expected = pull * (friction * (to - PI)).exp();
         near(held - passed, expected, 0.015 * expected, &format!("tension at {degrees}"));
     }
-    assert!((0..table.s.len()).filter(|&i| table.touches(i)).filter(|&i| table.status[i] != SLIPS).count() <= 1);
+    assert!(
+        (0..table.s.len()).filter(|&i| table.touches(i)).filter(|&i| table.status[i] != SLIPS).count() <= 1
+    );
 }
 
 /// Half of a wedge pressed into an elastic V whose nodes do not match: what slips all one way carries what statics says, below and above
@@ -61,7 +64,11 @@ fn an_elastic_v_carries_a_wedge_by_statics() {
              mesh.block = {{ corners = [[{}, -0.01], [0.06, -0.01], [0.06, 0.05], [{}, 0.05]], u = {{ cells = 10 }}, v = {{ cells = 29 }} }}\n\
              support = [{{ surface = \"right\", x = 0, y = 0 }}]\n\
              [[contact]]\nname = \"flank\"\nsurfaces = [\"wedge.right\", \"v.left\"]\nfriction = {friction}\n",
-            at(0.0), at(0.04), 0.5e5 / at(0.04), at(-0.01), at(0.05),
+            at(0.0),
+            at(0.04),
+            0.5e5 / at(0.04),
+            at(-0.01),
+            at(0.05),
         );
         let summary = solve(&text);
         let what = format!("{angle} degrees, mu = {friction}");
@@ -86,7 +93,8 @@ fn a_fine_plate_has_the_digits_of_the_reference() {
         (1.0, [28.603, 27.225, 22.868, 19.807, 15.414, 6.457], 0.002, 1.40534e6),
         (3.0, [24.49, 23.11, 18.97, 15.80, 10.03, 0.0], 0.015, 1.662e6),
     ];
-    let along_floor = |summary: &Value| [0, 1, 2, 3, 4, 5].map(|i| value(summary, &format!("probes.p{i}.displacement.0")));
+    let along_floor =
+        |summary: &Value| [0, 1, 2, 3, 4, 5].map(|i| value(summary, &format!("probes.p{i}.displacement.0")));
     let (young, poisson) = (1.3e11, 0.2);
     let strain = (1.0 - poisson * poisson) / young * (15e7 - poisson / (1.0 - poisson) * 5e7);
     let frictionless = along_floor(&solve(&plate(0.0, 128, "quad4")));
@@ -156,10 +164,22 @@ fn either(text: &str) -> (i32, String) {
 
 /// A slab is dragged under a block that is pressed on it by P and held on the left; `slab`: its cells on 80 mm.
 fn dragged(slab: usize, geometry: &str, steps: &str) -> String {
-    let block = rectangle("block", "steel", "quad4", (0.0, 0.02, 12), (0.0, 0.01, 6),
-        "support = [{ surface = \"left\", x = 0 }]\nload = [{ surface = \"top\", pressure = 1e6 }]");
-    let slab = rectangle("slab", "steel", "quad4", (-0.03, 0.05, slab), (-0.01, 0.0, 6),
-        "support = [{ surface = \"bottom\", x = 0.01, y = 0, path = \"drag\" }]");
+    let block = rectangle(
+        "block",
+        "steel",
+        "quad4",
+        (0.0, 0.02, 12),
+        (0.0, 0.01, 6),
+        "support = [{ surface = \"left\", x = 0 }]\nload = [{ surface = \"top\", pressure = 1e6 }]",
+    );
+    let slab = rectangle(
+        "slab",
+        "steel",
+        "quad4",
+        (-0.03, 0.05, slab),
+        (-0.01, 0.0, 6),
+        "support = [{ surface = \"bottom\", x = 0.01, y = 0, path = \"drag\" }]",
+    );
     format!(
         "analysis = \"plane strain\"\n{STEEL}{block}{slab}[[contact]]\nname = \"pair\"\nsurfaces = [\"block.bottom\", \"slab.top\"]\n\
          friction = 0.3\ngeometry = \"{geometry}\"\n[[step]]\npaths = {{ drag = 0 }}\n{steps}"
@@ -176,8 +196,12 @@ fn of_step(summary: &Value, step: usize, key: &str) -> f64 {
 fn a_block_slides_over_a_slab_by_its_travel() {
     let (bound, travel) = (0.3 * 1e6 * 0.02, 0.01);
     for slab in [24, 120] {
-        let text = dragged(slab, "updated", "[[step]]\npaths = { drag = 0.1 }\nsteps = 20\n\
-            [[step]]\npaths = { drag = 1 }\nsteps = 180\n[[step]]\npaths = { drag = 0.5 }\nsteps = 100\n");
+        let text = dragged(
+            slab,
+            "updated",
+            "[[step]]\npaths = { drag = 0.1 }\nsteps = 20\n\
+            [[step]]\npaths = { drag = 1 }\nsteps = 180\n[[step]]\npaths = { drag = 0.5 }\nsteps = 100\n",
+        );
         let summary = solve(&text);
         for (step, sense) in [(1, 1.0), (2, 1.0), (3, -1.0)] {
             let drag = summary["steps"][step]["pairs"][0]["resultant"][0].as_f64().expect("a number");
@@ -223,6 +247,10 @@ fn equal_cylinders_pressed_together_do_not_slip() {
         assert_eq!(summary["pairs"][0]["friction"]["slipping"], 0, "{alternation}");
         near(value(&summary, "pairs.pair.friction.dissipated"), 0.0, 0.0, alternation);
         let peak = value(&summary, "pairs.pair.max_pressure");
-        assert!(along.traction.iter().all(|q| q.abs() < allowed * peak), "{alternation}: {:?}", along.traction);
+        assert!(
+            along.traction.iter().all(|q| q.abs() < allowed * peak),
+            "{alternation}: {:?}",
+            along.traction
+        );
     }
 }

@@ -12,10 +12,24 @@ const BACK: f64 = 1e-3;
 /// A block that its load presses on a slab, and that a smooth wall pushes along and leaves there. Then the slab is turned about the origin
 /// by its support, u = w (-y, x), and takes the block along by friction alone.
 fn scene(push: f64, turn: f64, increments: usize) -> String {
-    let block = rectangle("block", "steel", "quad4", (0.0, 0.02, 13), (0.0, 0.01, 7),
-        &format!("load = [{{ surface = \"top\", traction = [0, -{PRESSURE}] }}]"));
-    let slab = rectangle("slab", "steel", "quad4", (-0.02, 0.04, 47), (-0.02, 0.0, 9),
-        &format!("support = [{{ surface = \"bottom\", x = \"-{turn}*y\", y = \"{turn}*x\", path = \"turn\" }}]"));
+    let block = rectangle(
+        "block",
+        "steel",
+        "quad4",
+        (0.0, 0.02, 13),
+        (0.0, 0.01, 7),
+        &format!("load = [{{ surface = \"top\", traction = [0, -{PRESSURE}] }}]"),
+    );
+    let slab = rectangle(
+        "slab",
+        "steel",
+        "quad4",
+        (-0.02, 0.04, 47),
+        (-0.02, 0.0, 9),
+        &format!(
+            "support = [{{ surface = \"bottom\", x = \"-{turn}*y\", y = \"{turn}*x\", path = \"turn\" }}]"
+        ),
+    );
     format!(
         "analysis = \"plane strain\"\n{STEEL}{block}{slab}\
          [[body]]\nname = \"wall\"\nrigid = {{ plane = {{ through = [-1e-4, 0], normal = [1, 0] }}, x = 1, path = \"wall\" }}\n\
@@ -48,7 +62,9 @@ fn a_block_is_taken_along_by_a_turning_slab() {
                 near(of(&summary, 3, "pair.friction.force"), load * s, 1e-4 * load, &what);
                 // It goes where a rigid body on the slab goes from where it was.
                 for (k, x) in [[0.0, 0.01], [0.02, 0.01]].into_iter().enumerate() {
-                    let at = |step: usize, c: usize| value(&summary["steps"][step], &format!("probes.{k}.displacement.{c}"));
+                    let at = |step: usize, c: usize| {
+                        value(&summary["steps"][step], &format!("probes.{k}.displacement.{c}"))
+                    };
                     let [x, y] = [x[0] + at(2, 0), x[1] + at(2, 1)];
                     // What the friction strains: T over the modulus.
                     near(at(3, 0) - at(2, 0), -turn * y, 5e-8, &what);
@@ -57,15 +73,23 @@ fn a_block_is_taken_along_by_a_turning_slab() {
                 // What sticks has not slipped by turning, and has its slip of before.
                 let [before, after] = [&results.before[2].pairs[..], &results.pairs[..]].map(side);
                 let [old, new] = [&before, &after].map(|t| t.tangential.as_ref().expect("a law"));
-                let stuck: Vec<usize> = (0..after.s.len()).filter(|&i| after.status[i] == IN_CONTACT).collect();
+                let stuck: Vec<usize> =
+                    (0..after.s.len()).filter(|&i| after.status[i] == IN_CONTACT).collect();
                 assert!(stuck.len() >= 13, "{what}: {stuck:?}");
                 for i in stuck {
                     near(new.slip[i], old.slip[i], 1e-14 * ALONG, &what);
                 }
                 if push == 0.0 {
-                    assert_eq!((of(&summary, 3, "pair.friction.max_slip"), of(&summary, 3, "pair.friction.dissipated")), (0.0, 0.0));
+                    assert_eq!(
+                        (
+                            of(&summary, 3, "pair.friction.max_slip"),
+                            of(&summary, 3, "pair.friction.dissipated")
+                        ),
+                        (0.0, 0.0)
+                    );
                 }
-                let lost = of(&summary, 3, "pair.friction.dissipated") - of(&summary, 2, "pair.friction.dissipated");
+                let lost =
+                    of(&summary, 3, "pair.friction.dissipated") - of(&summary, 2, "pair.friction.dissipated");
                 near(of(&summary, 3, "pair.friction.max_slip"), push, 1e-3 * ALONG, &what);
                 // But for what slips at the edges, since T is new.
                 assert!(lost >= 0.0 && lost <= 1e-5 * 0.5 * load * ALONG, "{what}: {lost:e}");
