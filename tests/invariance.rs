@@ -255,6 +255,27 @@ fn stiffness_ratios(runner: &Runner) {
     }
 }
 
+/// Tresca's bound is a pressure, and in other units another number.
+fn shear_in_other_units(runner: &Runner) {
+    let case = runner.parse(
+        "analysis = \"plane strain\"\nalternation.tolerance = 1e-12\nmaterial.a = { young = 2e11, poisson = 0.3 }\n\
+         [[body]]\nname = \"block\"\nmaterial = \"a\"\nmesh.rectangle = { x = { from = 0, to = 0.02, cells = 12 }, y = { from = 0, to = 0.01, cells = 6 } }\n\
+         support = [{ surface = \"left\", x = 0 }]\nload = [{ surface = \"top\", pressure = 5e7 }]\n\
+         [[body]]\nname = \"floor\"\nrigid = { plane = { through = [0, 0], normal = [0, 1] }, x = 3e-7 }\n\
+         [[contact]]\nsurfaces = [\"block.bottom\", \"floor.surface\"]\nlaw = \"tresca\"\nshear = 8e6\n",
+    );
+    let rubbing = |summary: &Summary| summary.pairs[0].friction.clone().expect("a law");
+    let plain = rubbing(&runner.run(&case).0);
+    assert!(plain.slipping > 0 && plain.sticking > 0, "{plain:?}");
+    for (length, pressure) in [(1e3, 1e-6), (1.0, 1e3)] {
+        let scaled = rubbing(&runner.run(&case.rescaled(length, pressure)).0);
+        let (force, what) = (pressure * length * length, format!("units of {length:e}"));
+        close(plain.force * force, scaled.force, 1e-9, &what);
+        close(plain.dissipated * force * length, scaled.dissipated, 1e-9, &what);
+        assert_eq!((plain.slipping, plain.sticking), (scaled.slipping, scaled.sticking), "{what}");
+    }
+}
+
 #[test]
 fn invariance() {
     let runner = Runner::start();
@@ -266,4 +287,5 @@ fn invariance() {
     tiny_gaps(&runner);
     reciprocity(&runner);
     stiffness_ratios(&runner);
+    shear_in_other_units(&runner);
 }

@@ -83,7 +83,7 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             }
             self.take(&dense, &answer);
             if !answer.holds {
-                return Ok(Ended::Driven(self.drift()));
+                return Ok(Ended::Driven(self.drift(&answer.forces.drift)));
             }
             starts = vec![answer.states.clone()];
             // What the bodies really answer; what the dense problem takes it for.
@@ -312,20 +312,22 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let found = if place.solves() { dense.problem.solve(&given, starts) } else { Ok(None) };
         let found = exchange.agree(found)?;
         let (n, m, nodes) = (gap.len(), self.coarse.n, dense.problem.nodes.len());
-        let mut message = vec![0.0; n + m + nodes + 3];
+        let mut message = vec![0.0; n + 2 * m + nodes + 3];
         if let Some(Answer { forces, states, updates, holds }) = found {
             let unscaled = std::iter::zip(&forces.x, &dense.scale).map(|(x, s)| x / s);
             let states = states.iter().map(|state| state.code());
             let rest = [1.0, updates as f64, f64::from(u8::from(holds))];
-            let all = unscaled.chain(forces.alpha.iter().copied()).chain(states).chain(rest);
+            let motions = forces.alpha.iter().chain(&forces.drift).copied();
+            let all = unscaled.chain(motions).chain(states).chain(rest);
             std::iter::zip(&mut message, all).for_each(|(m, v)| *m = v);
         }
         let message = exchange.sum(&message);
         let (x, rest) = message.split_at(n);
         let (alpha, rest) = rest.split_at(m);
+        let (drift, rest) = rest.split_at(m);
         let (codes, rest) = rest.split_at(nodes);
         Ok((rest[0] == 1.0).then(|| Answer {
-            forces: Forces { x: x.to_vec(), alpha: alpha.to_vec() },
+            forces: Forces { x: x.to_vec(), alpha: alpha.to_vec(), drift: drift.to_vec() },
             states: codes.iter().map(|code| Touch::of_code(*code)).collect(),
             updates: rest[1] as usize,
             holds: rest[2] == 1.0,
@@ -357,9 +359,9 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         self.alpha = answer.forces.alpha.clone();
     }
 
-    /// The motion that goes on for ever: what the free modes do where no equilibrium is found.
-    fn drift(&self) -> Vec<f64> {
-        let free = std::iter::zip(&self.alpha, &self.coarse.stiffness);
+    /// The motion that goes on for ever where no equilibrium is found: that of the free modes, to the size 1.
+    fn drift(&self, motion: &[f64]) -> Vec<f64> {
+        let free = std::iter::zip(motion, &self.coarse.stiffness);
         let mut drift: Vec<f64> = free.map(|(a, k)| if *k > 0.0 { 0.0 } else { *a }).collect();
         let size = largest(&drift);
         drift.iter_mut().for_each(|d| *d = if d.abs() > SUM * size { *d / size } else { 0.0 });

@@ -151,6 +151,8 @@ pub(super) struct Given<'g> {
 pub(super) struct Forces {
     pub x: Vec<f64>,
     pub alpha: Vec<f64>,
+    /// How the motions still change: by nothing but round-off if the forces balance, else along the motion that goes on for ever.
+    pub drift: Vec<f64>,
 }
 
 /// What was found.
@@ -221,7 +223,8 @@ impl Frictional {
     /// Forces and motions with which each node is as `states` say.
     pub fn on_states(&self, states: &[Touch], given: &Given) -> Result<Option<Forces>> {
         let Some(system) = self.system(states)? else { return Ok(None) };
-        let mut forces = Forces { x: vec![0.0; self.a.n()], alpha: vec![0.0; given.work.len()] };
+        let mut forces =
+            Forces { x: vec![0.0; self.a.n()], alpha: vec![0.0; given.work.len()], drift: Vec::new() };
         for (node, state) in std::iter::zip(&self.nodes, states) {
             if let (Some(sign), Some(t)) = (state.slips(), node.tangential) {
                 forces.x[t] = sign * node.shear;
@@ -236,6 +239,7 @@ impl Frictional {
             for (v, d) in [(&mut forces.x, &change.x), (&mut forces.alpha, &change.alpha)] {
                 std::iter::zip(v, d).for_each(|(v, d)| *v += d);
             }
+            forces.drift = change.alpha;
             let change = size(&change.x) / size(&forces.x);
             // No smaller any more: round-off. Not a number: of no use.
             if change.is_nan() || change <= f64::EPSILON || change > 0.5 * before {
@@ -304,7 +308,7 @@ impl Frictional {
             act.iter().for_each(|&(row, share)| x[row] += share * r);
         }
         let alpha = std::iter::zip(&r[system.rows.len()..], units).map(|(a, unit)| a * unit).collect();
-        Ok(Forces { x, alpha })
+        Ok(Forces { x, alpha, drift: Vec::new() })
     }
 
     /// A x + g - Z alpha.

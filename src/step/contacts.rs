@@ -124,7 +124,7 @@ impl Contacts {
         }
         let held = exchange.agree(held_nodes(case, plan, exchange))?;
         let surfaces = both_surfaces(case, plan, exchange, &plan.surfaces);
-        let pairs = pair_rows(case, plan, &surfaces, &held);
+        let pairs = pair_rows(case, plan, &surfaces, &held, &[]);
         let mut interface = vec![Vec::new(); plan.groups.bodies().len()];
         for (surface, &ContactSide { pair, body, .. }) in std::iter::zip(&plan.surfaces, &plan.ends) {
             if case.contacts[pair].geometry == ContactGeometry::Updated {
@@ -210,7 +210,7 @@ impl Contacts {
                 surfaces[i][1] = surfaces[i][1].moved(&vec![u; surfaces[i][1].nodes.len()]);
             }
         }
-        let pairs = pair_rows(case, plan, &surfaces, &self.held);
+        let pairs = pair_rows(case, plan, &surfaces, &self.held, &self.pairs);
         let shares = Shares::new(case, plan, &pairs, Some(&interface));
         // What the rows' own displacements would be of the present motion.
         let present: Vec<Vec<f64>> = shares

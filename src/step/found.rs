@@ -106,10 +106,11 @@ pub(crate) struct Rubbing {
 }
 
 impl Rubbing {
-    /// `slips`: of this step by row; `dissipated`: work of friction so far, J; `thickness`, m.
+    /// `states`: of the rows, then those of nodes that have none any more; `slips`: of this step by row; `dissipated`: work of friction so far, J; `thickness`, m.
     fn new(data: &Pair, states: &[NodeState], slips: &[f64], dissipated: f64, thickness: f64) -> Rubbing {
         let mut rubbing = Rubbing { dissipated, ..Rubbing::default() };
         for (j, (row, node)) in std::iter::zip(data.own_rows(), states).enumerate() {
+            rubbing.slip = larger(rubbing.slip, node.slip.abs());
             let kind = match node.status {
                 Touch::Open => continue,
                 Touch::Stick => 0,
@@ -118,7 +119,6 @@ impl Rubbing {
             rubbing.force -= node.tangential;
             rubbing.lengths[kind] += row.area / thickness;
             rubbing.nodes[kind] += 1;
-            rubbing.slip = larger(rubbing.slip, node.slip.abs());
             let astray = match node.status.slips() {
                 Some(sign) => -sign * slips[j],
                 None => slips[j].abs(),

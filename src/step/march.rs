@@ -92,8 +92,9 @@ pub(crate) fn march<'p>(
                     }
                     if depends > DEPENDS {
                         advanced.found.warnings.push(format!(
-                            "load step {}: dividing an increment in two changes the tangential forces by {:.1} %, for normal and \
-                             tangential loads change together while surfaces slip: use more increments (steps), or steps = \"auto\"",
+                            "load step {}: dividing an increment in two changes the tangential forces by {:.1} %, or the work of \
+                             friction by ten times that, for normal and tangential loads change together while surfaces slip: use more \
+                             increments (steps), or steps = \"auto\"",
                             i + 1,
                             100.0 * depends
                         ));
@@ -157,5 +158,5 @@ fn divided(
     let end = half.map_or(Ok(None), |half| to(&half, target.factors))?;
     // What is measured next is the increment itself.
     engine.load(scene.plan, target)?;
-    Ok(end.map_or(0.0, |end| difference(&whole.pairs, &end.pairs, world)))
+    Ok(end.map_or(0.0, |end| difference(&from.pairs, [&whole.pairs, &end.pairs], world)))
 }

@@ -14,6 +14,7 @@ use crate::{
     schwarz::{ActiveSet, Coarse, Outcome, Projector, Respond, Touch},
     vector::larger,
 };
+use std::collections::HashSet;
 
 /// Sagittas in doubt beyond this share of what the contact forces move the surfaces by change the pressure by as much.
 const UNCLEAR: f64 = 0.01;
@@ -91,9 +92,12 @@ impl Contacts {
                 let range = ranges[i].clone();
                 let touch = driver.touch(range.clone());
                 let initial = &self.shares.rows[i].gap;
-                let (states, works) =
+                let (mut states, works) =
                     node_states(pair, &plan.surfaces[i], &out[i], [&gaps[range], initial], &touch, &before[i]);
                 let key = (end.pair, plan.ends[i].side);
+                if pair.law.is_frictional() {
+                    states.extend(left_behind(task.before, key, &states));
+                }
                 let known = task.before.iter().find(|known| (known.pair, known.side) == key);
                 let so_far = known.map_or(0.0, |known| known.dissipated);
                 (states, Works { dissipated: so_far + works.dissipated, ..works })
@@ -235,6 +239,15 @@ fn node_states(
         }
     };
     (pair.own_rows().iter().enumerate().map(state).collect(), works)
+}
+
+/// The nodes of a side that were candidates at the last accepted state and, since the surfaces have moved on, are none now: they are open,
+/// and what they slipped stays.
+fn left_behind(before: &[PairState], (pair, side): (usize, usize), now: &[NodeState]) -> Vec<NodeState> {
+    let here: HashSet<u32> = now.iter().map(|node| node.node).collect();
+    let of_side = before.iter().filter(|old| (old.pair, old.side) == (pair, side)).flat_map(|old| &old.nodes);
+    let gone = of_side.filter(|old| !here.contains(&old.node));
+    gone.map(|old| NodeState { force: 0.0, tangential: 0.0, status: Touch::Open, ..*old }).collect()
 }
 
 /// "body\tmode" of each rigid motion of this rank's bodies: those that nothing restrains, and those that contact holds.

@@ -63,13 +63,14 @@ pub(crate) struct Pair {
 /// Whether supports hold a node of a surface along its normal, and along the surface.
 pub(super) type Held = [bool; 2];
 
-/// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first.
-/// Not collective.
+/// Rows of every pair this rank takes part in, by pair; `surfaces`: both sides of each end's pair, own side first; `before`: the pairs
+/// of the geometry before, empty of the first. Not collective.
 pub(crate) fn pair_rows(
     case: &Case,
     plan: &Plan,
     surfaces: &[[Surface; 2]],
     held: &[[Vec<Held>; 2]],
+    before: &[Option<Pair>],
 ) -> Vec<Option<Pair>> {
     let mut pairs: Vec<Option<Pair>> = case.contacts.iter().map(|_| None).collect();
     for (i, &ContactSide { pair, side, .. }) in plan.ends.iter().enumerate() {
@@ -89,13 +90,18 @@ pub(crate) fn pair_rows(
                     same.then(|| (other[data.multiplier], data.nodes.iter().copied().collect()))
                 })
                 .collect();
-            pairs[pair] = Some(one_pair(case, plan, pair, sides, holds, &taken));
+            // What nodes have slipped and lost is known on one side, and stays there.
+            let before =
+                before.get(pair).and_then(Option::as_ref).filter(|before| before.law.is_frictional());
+            let multiplier = before.map(|before| before.multiplier);
+            pairs[pair] = Some(one_pair(case, plan, pair, sides, holds, &taken, multiplier));
         }
     }
     pairs
 }
 
-/// `taken`: bodies and mesh nodes that carry the multipliers of earlier pairs of the same two bodies.
+/// `taken`: bodies and mesh nodes that carry the multipliers of earlier pairs of the same two bodies; `multiplier`: the side that carries
+/// those of this one, if that is settled.
 fn one_pair(
     case: &Case,
     plan: &Plan,
@@ -103,6 +109,7 @@ fn one_pair(
     sides: [&Surface; 2],
     held: [&Vec<Held>; 2],
     taken: &[(BodyRef, HashSet<u32>)],
+    multiplier: Option<usize>,
 ) -> Pair {
     let contact = &case.contacts[pair];
     let moduli = [0, 1].map(|s| match contact.surfaces[s].body.deformable() {
@@ -110,9 +117,10 @@ fn one_pair(
         None => f64::INFINITY,
     });
     let is_relaxed = matches!(case.alternation.driver, Driver::Relaxed(_));
-    let multiplier = match moduli.iter().position(|m| m.is_infinite()) {
-        Some(rigid) => 1 - rigid,
-        None => {
+    let multiplier = match (multiplier, moduli.iter().position(|m| m.is_infinite())) {
+        (Some(side), _) => side,
+        (None, Some(rigid)) => 1 - rigid,
+        (None, None) => {
             // Of sides that are alike the first by the name of its body: whatever order the case has.
             let names = [0, 1].map(|s| case.body_name(contact.surfaces[s].body));
             let [a, b] = if names[0] <= names[1] { [0, 1] } else { [1, 0] };
@@ -187,7 +195,8 @@ fn one_pair(
         .partition(|(row, _)| row.gap <= reach);
     let watched = [0, 1].map(|side| (0..near.len()).filter(|&j| !near[j].1[side]).collect::<Vec<usize>>());
     let mut rows: Vec<Row> = near.into_iter().map(|(row, _)| row).collect();
-    if contact.law.is_frictional() {
+    // Conjugate points have it already.
+    if contact.law.is_frictional() && case.alternation.transfer == Transfer::Mortar {
         between_normals(&mut rows, own, other);
     }
     let n_own = rows.len() - watched[0].len();

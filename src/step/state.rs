@@ -52,7 +52,7 @@ pub struct PairState {
     pub pair: usize,
     /// Side in the case: 0 is A.
     pub side: usize,
-    /// Its candidates.
+    /// Its candidates, and open those that have been candidates and are none any more.
     pub nodes: Vec<NodeState>,
     /// Work of friction in all, J.
     pub dissipated: f64,

@@ -5,7 +5,7 @@ use crate::{
     case::{Increments, PathCase, StepCase},
     parallel,
     schwarz::Touch,
-    vector::{larger, ratio},
+    vector::{larger, ratio, smaller},
 };
 use mpi::topology::SimpleCommunicator;
 use std::collections::HashMap;
@@ -29,6 +29,9 @@ const EASE: f64 = 0.5 * TURNOVER;
 
 /// Change of the tangential forces, relative to what they would be at the end of the step, that dividing an increment in two may make.
 pub(super) const DEPENDS: f64 = 0.01;
+
+/// What a change of the work of friction counts beside one of the tangential forces: it is of first order in the increments.
+const WORK: f64 = 0.1;
 
 /// Change of the normal forces, relative to the largest, below which they are the same: a tenth of what [`DEPENDS`] looks for.
 const STEADY: f64 = 0.1 * DEPENDS;
@@ -190,15 +193,28 @@ pub(super) fn depends_on_way(before: &[PairState], after: &[PairState], world: &
     slips > 0.0 && change > STEADY * force
 }
 
-/// Norm of the difference of the tangential forces of two states of the same pairs over that of the first. Collective.
-pub(super) fn difference(a: &[PairState], b: &[PairState], world: &SimpleCommunicator) -> f64 {
-    let nodes = |pairs: &[PairState]| -> Vec<f64> {
-        pairs.iter().flat_map(|pair| &pair.nodes).map(|node| node.tangential).collect()
-    };
-    let (a, b) = (nodes(a), nodes(b));
-    let sums = std::iter::zip(&a, &b).fold([0.0; 2], |[d, s], (a, b)| [d + (a - b).powi(2), s + a * a]);
+/// By how much two states `a` and `b` that come from `from` differ: the norm of the difference of their tangential forces over
+/// that of the first, or, if it is more, a tenth of the difference of the work of friction on the way over the smaller of both. What a node
+/// travels before it touches is no slip, but counts as such in the increment in which it does: that shows in the work. Collective.
+pub(super) fn difference(
+    from: &[PairState],
+    [a, b]: [&[PairState]; 2],
+    world: &SimpleCommunicator,
+) -> f64 {
+    let other = State::nodes(b);
+    let mut sums = [0.0; 4];
+    for pair in a {
+        for node in &pair.nodes {
+            let other = other.get(&(pair.pair, pair.side, node.node)).map_or(0.0, |other| other.tangential);
+            sums[0] += (node.tangential - other).powi(2);
+            sums[1] += node.tangential.powi(2);
+        }
+    }
+    let work = |pairs: &[PairState]| pairs.iter().map(|pair| pair.dissipated).sum::<f64>();
+    (sums[2], sums[3]) = (work(a) - work(from), work(b) - work(from));
     let sums = parallel::sum(world, &sums);
-    ratio(sums[0], sums[1]).sqrt()
+    let work = ratio((sums[2] - sums[3]).abs(), smaller(sums[2], sums[3]));
+    larger(ratio(sums[0], sums[1]).sqrt(), WORK * work)
 }
 
 #[cfg(test)]

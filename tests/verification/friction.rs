@@ -8,11 +8,12 @@ use kontakt::{
 use serde_json::Value;
 use std::{f64::consts::PI, fmt::Write as _};
 
-const STEEL: &str = "alternation.tolerance = 1e-10\nmaterial.steel = { young = 2.1e11, poisson = 0.3 }\n";
+pub(super) const STEEL: &str =
+    "alternation.tolerance = 1e-10\nmaterial.steel = { young = 2.1e11, poisson = 0.3 }\n";
 
 /// Half-width and radius of the two equal discs that are pressed together by 1 MN/m.
-const A: f64 = 5.252317e-4;
-const RADIUS: f64 = 0.05;
+pub(super) const A: f64 = 5.252317e-4;
+pub(super) const RADIUS: f64 = 0.05;
 
 /// Two half discs pressed together, then sheared by the shares `loads` of mu P; `cells` along the half-width.
 pub(super) fn discs(friction: f64, cells: f64, surfaces: &str, loads: &[f64]) -> String {
@@ -51,12 +52,12 @@ fn cattaneo(x: f64, share: f64) -> f64 {
 }
 
 /// The same after shearing to `first` and back to `share`.
-fn reversed(x: f64, first: f64, share: f64) -> f64 {
+pub(super) fn reversed(x: f64, first: f64, share: f64) -> f64 {
     cattaneo(x, first) - 2.0 * cattaneo(x, 0.5 * (first - share))
 }
 
 /// Tractions over mu p0 at the nodes in contact, by x / a, the sense of the shear positive.
-fn tractions(table: &SideTable, friction: f64) -> Vec<(f64, f64)> {
+pub(super) fn tractions(table: &SideTable, friction: f64) -> Vec<(f64, f64)> {
     let peak = worst(table.pressure.iter().copied());
     let along = table.tangential.as_ref().expect("a pair with a law");
     let sign = table.normal[0][1].signum();
@@ -175,7 +176,7 @@ fn friction_nought_is_frictionless_to_the_bit() {
 }
 
 /// A plate on a rigid floor, pressed from above and from the left, held on the right: open, slipping and sticking together.
-fn plate(friction: f64, cells: usize, element: &str) -> String {
+pub(super) fn plate(friction: f64, cells: usize, element: &str) -> String {
     let mut text = format!(
         "analysis = \"plane strain\"\nalternation.tolerance = 1e-10\nmaterial.m = {{ young = 1.3e11, poisson = 0.2 }}\n\
          [[body]]\nname = \"plate\"\nmaterial = \"m\"\nelement = \"{element}\"\n\

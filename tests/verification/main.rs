@@ -5,19 +5,25 @@ mod common;
 mod scenes;
 
 mod beams;
+mod corners;
 mod curved;
+mod cycles;
 mod energy;
+mod frames;
 mod friction;
 mod friction_fields;
 mod heat;
 mod hertz;
+mod increments;
 mod rectangles;
 mod relaxed;
 mod responses;
 mod rigid;
 mod rings;
+mod sliding;
 mod stack;
 mod steps;
+mod turning;
 mod updated;
 mod verdicts;
 

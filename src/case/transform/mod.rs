@@ -5,7 +5,7 @@ mod shift;
 mod turn;
 
 use super::{Analysis, BodyRef, Case, Gap, SurfaceName, Units};
-use crate::error::Result;
+use crate::{contact::Law, error::Result};
 use scale::{Scale, scale_all};
 use shift::Shift;
 use turn::Turn;
@@ -85,6 +85,9 @@ impl Case {
             let (Gap::Value(gap) | Gap::Geometry { offset: gap }) = &mut contact.gap;
             *gap *= length;
             contact.search_distance = contact.search_distance.map(|distance| distance * length);
+            if let Law::Tresca { shear } = &mut contact.law {
+                *shear *= pressure;
+            }
             for SurfaceName { within, .. } in &mut contact.surfaces {
                 scale.within(within);
             }
