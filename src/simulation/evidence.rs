@@ -16,6 +16,10 @@ use mpi::{topology::SimpleCommunicator, traits::*};
 /// A check may be this many tolerances, which the alternation measures by norms of its own.
 const TOLERANCES: f64 = 10.0;
 
+/// What may be missing to the balance of energies, over the largest: round-off adds up along a path, and bodies that move far have more
+/// of it.
+const ENERGY: f64 = 1e-6;
+
 /// What a step has to show.
 pub(super) struct Evidence<'r> {
     pub case: &'r Case,
@@ -87,9 +91,6 @@ impl Evidence<'_> {
                 resultant,
             );
         }
-        if let Some(energy) = self.energy {
-            hold("the path".into(), "what is missing to the balance of energies, over the largest,", energy.imbalance);
-        }
         for (pair, tension) in std::iter::zip(self.pairs, tensions) {
             // Of a pair that carries round-off every ratio is one of round-off.
             if pair.normal_force.abs() <= SCENE * self.bodies.largest_force
@@ -113,6 +114,13 @@ impl Evidence<'_> {
             let norm = approach * (pair.active as f64).sqrt();
             let beyond = larger(pair.max_penetration - found.gap_threshold, 0.0);
             hold(subject(), "the penetration, over the elastic approach,", ratio(beyond, norm));
+        }
+        if let Some(energy) = self.energy.filter(|energy| energy.imbalance > larger(limit, ENERGY)) {
+            lines.push(format!(
+                "the path: {:.1e} of the largest energy is missing to their balance, above {:.1e}",
+                energy.imbalance,
+                larger(limit, ENERGY)
+            ));
         }
         lines
     }
