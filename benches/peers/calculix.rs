@@ -1,8 +1,8 @@
-//! CalculiX: deck, start, peak pressure.
+//! CalculiX: deck, start, results.
 use super::decks::{ELASTIC, Pair};
-use kontakt::vector::larger;
+use kontakt::vector::{larger, smaller};
 use kontakt::{Error, Result};
-use std::{fmt::Write, path::Path, process::Command};
+use std::{collections::BTreeMap, fmt::Write, path::Path, process::Command};
 
 /// Penalty in units of Young's modulus over the size of the elements in contact, by unknowns: what gives the least error of
 /// the peak pressure. Ten times less closes too far, ten times more needs twice the iterations.
@@ -12,15 +12,24 @@ pub const SETTING: &str = "- CalculiX: CPE4, surface-to-surface contact, linear 
                            pressure at each\n  \
                            size, SPOOLES (Debian's build has no other direct solver), one increment; its mortar contact refuses plane elements.\n";
 
+pub const FRICTION_SETTING: &str = "- CalculiX: TODO.\n";
+
+/// With friction, what gives the least error of the tangential traction at all sizes: penalty, and stiffness of stick, in the same
+/// units.
+pub const FRICTION_PENALTIES: [f64; 2] = [2.0, 1.0];
+
 /// The penalty for about so many unknowns.
 pub fn penalty(dofs: f64) -> f64 {
     let off = |entry: &&(f64, f64)| (dofs / entry.0).ln().abs();
     PENALTIES.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("there are penalties").1
 }
 
+/// With friction the penalties do not depend on the unknowns.
 pub fn prepare(pair: &Pair, dofs: f64, directory: &Path) -> Result<()> {
-    let penalty = penalty(dofs) * ELASTIC[0] / pair.contact_size();
-    std::fs::write(directory.join("calculix.inp"), deck(pair, penalty)).map_err(Error::internal)
+    let [penalty, stick] = if pair.shear.is_some() { FRICTION_PENALTIES } else { [penalty(dofs), 0.0] };
+    let unit = ELASTIC[0] / pair.contact_size();
+    let deck = deck(pair, penalty * unit, stick * unit);
+    std::fs::write(directory.join("calculix.inp"), deck).map_err(Error::internal)
 }
 
 pub fn command(directory: &Path) -> Command {
@@ -29,19 +38,41 @@ pub fn command(directory: &Path) -> Command {
     command
 }
 
-/// Largest contact pressure, Pa, of the table of contact stresses: element, face, pressure, two shear stresses.
+/// Largest contact pressure, Pa.
 pub fn peak(directory: &Path) -> Option<f64> {
-    let text = std::fs::read_to_string(directory.join("calculix.dat")).ok()?;
-    let table = text.lines().skip_while(|line| !line.contains("contact stress"));
-    let pressures = table.filter_map(|line| {
-        let numbers: Vec<f64> = line.split_whitespace().map_while(|word| word.parse().ok()).collect();
-        (numbers.len() == 5).then(|| numbers[2])
-    });
-    pressures.reduce(larger)
+    stresses(directory)?.iter().map(|row| row[2]).reduce(larger)
 }
 
-/// Plane strain, one linear step. CalculiX reads 20 characters of a number.
-fn deck(pair: &Pair, penalty: f64) -> String {
+/// Rows of the last table of contact stresses, a point of a face each: element, face, pressure, two shear stresses.
+fn stresses(directory: &Path) -> Option<Vec<[f64; 5]>> {
+    let text = std::fs::read_to_string(directory.join("calculix.dat")).ok()?;
+    let (_, table) = text.rsplit_once("contact stress")?;
+    let row = |line: &str| {
+        let numbers: Vec<f64> = line.split_whitespace().map_while(|word| word.parse().ok()).collect();
+        numbers.try_into().ok()
+    };
+    Some(table.lines().filter_map(row).collect())
+}
+
+/// Tangential tractions, Pa, of the first body's nodes in contact by their x: the mean of the faces beside a node. The table does not
+/// say where its points are; over a face stresses are linear, and midway between their extremes in its middle.
+pub fn tractions(pair: &Pair, directory: &Path) -> Option<Vec<(f64, f64)>> {
+    let mut faces: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
+    for [element, _, _, q, _] in stresses(directory)? {
+        let ends = faces.entry(element as u32 - 1).or_insert([q, q]);
+        *ends = [smaller(ends[0], q), larger(ends[1], q)];
+    }
+    let mut nodes: BTreeMap<u32, f64> = BTreeMap::new();
+    for facet in pair.facets(0) {
+        let [low, high] = faces.get(&facet.cell).copied().unwrap_or_default();
+        let share = 0.25 * (low + high);
+        pair.meshes[0].facet_nodes(facet).for_each(|n| *nodes.entry(n).or_insert(0.0) += share);
+    }
+    Some(nodes.into_iter().map(|(n, q)| (pair.meshes[0].points[n as usize][0], q)).collect())
+}
+
+/// Plane strain, a linear step to press, and another to shear. CalculiX reads 20 characters of a number.
+fn deck(pair: &Pair, penalty: f64, stick: f64) -> String {
     let first_node = [1, 1 + pair.meshes[0].points.len()];
     let first_cell = [1, 1 + pair.meshes[0].cells.len()];
     let mut text = String::from("*NODE, NSET=ALL\n");
@@ -67,7 +98,9 @@ fn deck(pair: &Pair, penalty: f64) -> String {
         for n in pair.flat(b) {
             let _ = writeln!(text, "{}", first_node[b] + n as usize);
         }
-        let _ = writeln!(text, "*NSET, NSET=AXIS{b}\n{}", first_node[b] + pair.axis[b]);
+        if let Some(axis) = pair.axis[b] {
+            let _ = writeln!(text, "*NSET, NSET=AXIS{b}\n{}", first_node[b] + axis);
+        }
     }
     let _ = writeln!(text, "*MATERIAL, NAME=STEEL\n*ELASTIC\n{:e},{}", ELASTIC[0], ELASTIC[1]);
     for b in [0, 1] {
@@ -75,13 +108,35 @@ fn deck(pair: &Pair, penalty: f64) -> String {
     }
     let _ = writeln!(
         text,
-        "*SURFACE INTERACTION, NAME=CONTACT\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{penalty:.6e}\n\
-         *CONTACT PAIR, INTERACTION=CONTACT, TYPE=SURFACE TO SURFACE\nARC0,ARC1\n\
-         *STEP\n*STATIC, SOLVER=SPOOLES\n1,1\n*BOUNDARY"
+        "*SURFACE INTERACTION, NAME=CONTACT\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{penalty:.6e}"
     );
-    for b in [0, 1] {
-        let _ = writeln!(text, "FLAT{b},2,2,{:e}\nAXIS{b},1,1,0", pair.lift[b]);
+    if let Some(shear) = &pair.shear {
+        let _ = writeln!(text, "*FRICTION\n{},{stick:.6e}", shear.friction);
     }
-    text += "*NODE OUTPUT\nU\n*ELEMENT OUTPUT\nS,E\n*CONTACT PRINT\nCSTR\n*END STEP\n";
+    text += "*CONTACT PAIR, INTERACTION=CONTACT, TYPE=SURFACE TO SURFACE\nARC0,ARC1\n";
+    let mut press = String::from("*BOUNDARY\n");
+    for b in [0, 1] {
+        let _ = writeln!(press, "FLAT{b},2,2,{:e}", pair.lift[b]);
+        if pair.axis[b].is_some() {
+            let _ = writeln!(press, "AXIS{b},1,1,0");
+        }
+    }
+    step(&mut text, &press);
+    if let Some(shear) = &pair.shear {
+        let mut pull = String::from("*CLOAD\n");
+        for b in [0, 1] {
+            for (n, force) in pair.pulled(b, shear.pull[b]) {
+                let _ = writeln!(pull, "{},1,{force:.12e}", first_node[b] + n as usize);
+            }
+        }
+        step(&mut text, &pull);
+    }
     text
+}
+
+/// One increment.
+fn step(text: &mut String, acts: &str) {
+    *text += "*STEP\n*STATIC, SOLVER=SPOOLES\n1,1\n";
+    *text += acts;
+    *text += "*NODE OUTPUT\nU\n*ELEMENT OUTPUT\nS,E\n*CONTACT PRINT\nCSTR\n*END STEP\n";
 }
