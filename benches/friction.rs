@@ -74,12 +74,12 @@ impl Program {
     }
 
     /// Relative error of the tangential traction that a run has left; NaN without friction.
-    fn error(self, pair: &Pair, directory: &Path) -> Result<f64> {
+    fn error(self, directory: &Path) -> Result<f64> {
         let found = match self {
             Kontakt => tractions(&Results::read_last(&directory.join("kontakt/result.vtkhdf"))?),
             Frictionless => return Ok(f64::NAN),
             GetFem => getfem::tractions(directory),
-            CalculiX => calculix::tractions(pair, directory),
+            CalculiX => calculix::tractions(directory),
         };
         let found =
             found.ok_or_else(|| Error::internal(format!("{} has left no contact stresses", self.name())))?;
@@ -91,7 +91,7 @@ impl Program {
         let log = directory.join(format!("{}.log", self.name()));
         let mut command = self.command(pair, dofs, directory);
         let spent = process::run(command.env("OMP_NUM_THREADS", "1"), &log)?;
-        Ok((spent, self.error(pair, directory)?))
+        Ok((spent, self.error(directory)?))
     }
 }
 
@@ -156,7 +156,7 @@ fn all(directory: &Path) -> Result<()> {
                 Kontakt | Frictionless => String::new(),
                 GetFem => format!("{} Newton steps", getfem::steps(directory)),
                 CalculiX => {
-                    let [penalty, stick] = calculix::FRICTION_PENALTIES;
+                    let [penalty, stick] = calculix::friction_penalties(size);
                     format!("penalty {penalty} E/h, stick {stick} E/h")
                 }
             };
@@ -228,7 +228,7 @@ fn panels(rows: &[Row]) -> [Panel; 2] {
     let error = [Kontakt, GetFem, CalculiX]
         .map(|p| curve(p, |r| (r.net, 100.0 * r.error, format!("{:.0}k", r.dofs as f64 / 1e3))));
     let cost = [Kontakt, GetFem, CalculiX, Frictionless]
-        .map(|p| curve(p, |r| (r.dofs as f64, r.net, String::new())));
+        .map(|p| curve(p, |r| (r.dofs as f64 / 1e3, r.net, String::new())));
     [
         Panel {
             title: "Work and precision".into(),
@@ -239,7 +239,7 @@ fn panels(rows: &[Row]) -> [Panel; 2] {
         },
         Panel {
             title: "Cost over size".into(),
-            x: "unknowns".into(),
+            x: "thousands of unknowns".into(),
             y: "CPU seconds, less start-up".into(),
             curves: cost.into(),
             legend: SeriesLabelPosition::UpperLeft,

@@ -74,6 +74,13 @@ impl Pair {
         nodes
     }
 
+    /// The node of a body's flat nearest to its middle.
+    pub fn middle(&self, body: usize) -> usize {
+        let off = |n: &u32| self.meshes[body].points[*n as usize][0].abs();
+        let nearest = self.flat(body).into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        nearest.expect("a flat has nodes") as usize
+    }
+
     /// Forces along x that stand for a traction on a body's flat: node, N.
     pub fn pulled(&self, body: usize, traction: f64) -> Vec<(u32, f64)> {
         let mesh = &self.meshes[body];
