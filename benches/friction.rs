@@ -183,7 +183,7 @@ fn page(rows: &[Row], empty: &[Spent]) -> String {
         "# Friction against other open programs\n\n\
          Written by `scripts/bench --only friction`. Two half discs pressed together, then sheared by half of what friction can carry \
          (cases/partial-slip,\n\
-         friction 0.3): the same nodes, quad4 cells, supports, loads and two steps for all, plane strain. The error is that of the \
+         friction 0.3): the same nodes, quad4 cells, supports, loads and two steps for all (CalculiX: see below), plane strain. The error is that of the \
          tangential traction q at the nodes\n\
          within the half-width, relative in L2, against Cattaneo and Mindlin. CPU seconds (user and system) of the whole process on one \
          thread, result file\n\

@@ -12,15 +12,11 @@ pub const SETTING: &str = "- CalculiX: CPE4, surface-to-surface contact, linear 
                            pressure at each\n  \
                            size, SPOOLES (Debian's build has no other direct solver), one increment; its mortar contact refuses plane elements.\n";
 
-pub const FRICTION_SETTING: &str = "- CalculiX: CPE4, node-to-surface contact, linear pressure-overclosure and stick with the penalties that give the least \
-                                    error of q at each size, SPOOLES,\n  \
-                                    one increment for each step. The first step is pressed without friction, with the upper body held on \
-                                    the axis: with friction, which\n  \
-                                    has nothing to carry there, CalculiX takes the normals of one surface, along which the approach of the \
-                                    surfaces is slip, needs up to\n  \
-                                    18 increments with five times the CPU seconds, and was off by 5 % in q at 40 000 unknowns. \
-                                    Surface-to-surface contact, off by 6 % or more\n  \
-                                    there at its best penalties, puts slivers of faces between matching nodes.\n";
+pub const FRICTION_SETTING: &str = "- CalculiX: CPE4, node-to-surface contact, linear pressure-overclosure and stick with the penalties that give the least error of q at each size,\n  \
+                           SPOOLES, one increment for each step. It presses without friction, the upper body held on its axis: with friction, which has nothing to carry\n  \
+                           in that step, it takes the normals of one surface, along which the approach of the surfaces is slip, needs up to 18 increments and five to\n  \
+                           seven times the CPU seconds, and was off by 5 % in q at 40 000 unknowns. Surface-to-surface contact was off by 6 % or more there at its best\n  \
+                           penalties: it puts slivers of faces between matching nodes.\n";
 
 /// With friction: penalty, and stiffness of stick, in the same units. Some others need several increments.
 const FRICTION_PENALTIES: [(f64, [f64; 2]); 2] = [(40e3, [8.0, 20.0]), (160e3, [14.0, 40.0])];
@@ -75,12 +71,19 @@ fn stresses<const N: usize>(directory: &Path) -> Option<Vec<[f64; N]>> {
 /// Tangential tractions, Pa, of the nodes in contact by their x; the table has node, pressure, two shear stresses. The nodes are those
 /// of the solid that CalculiX makes of the plane: two of each, of whose places only the file of results knows.
 pub fn tractions(directory: &Path) -> Option<Vec<(f64, f64)>> {
-    let text = std::fs::read_to_string(directory.join("calculix.frd")).ok()?;
-    let places = text.lines().skip_while(|line| !line.starts_with("    2C")).skip(1);
-    let place =
-        |line: &str| Some((line.get(3..13)?.trim().parse().ok()?, line.get(13..25)?.trim().parse().ok()?));
-    let x: BTreeMap<u64, f64> = places.map_while(place).collect();
-    stresses::<4>(directory)?.iter().map(|row| Some((*x.get(&(row[0] as u64))?, row[2]))).collect()
+    const HEAD: &[u8] = b"\n    2C";
+    let file = std::fs::read(directory.join("calculix.frd")).ok()?;
+    let head = file.windows(HEAD.len()).position(|bytes| bytes == HEAD)? + HEAD.len();
+    let line = file[head..].split(|byte| *byte == b'\n').next()?;
+    let count: usize = std::str::from_utf8(line).ok()?.split_whitespace().next()?.parse().ok()?;
+    // A record is a node, 4 bytes, and three coordinates, 8 bytes each.
+    let records = file[head + line.len() + 1..].chunks_exact(28).take(count);
+    let place = |record: &[u8]| {
+        let node = u32::from_le_bytes(record[..4].try_into().ok()?);
+        Some((node, f64::from_le_bytes(record[4..12].try_into().ok()?)))
+    };
+    let x: BTreeMap<u32, f64> = records.map_while(place).collect();
+    stresses::<4>(directory)?.iter().map(|row| Some((*x.get(&(row[0] as u32))?, row[2]))).collect()
 }
 
 /// Plane strain, a linear step to press, and another to shear. CalculiX reads 20 characters of a number.
