@@ -5,25 +5,19 @@
 //! Two half discs (cases/hertz-line) at four sizes, quad4, displacement driven; the whole process of each program on one
 //! thread, result files written. All programs take turns; the least CPU seconds of the repetitions count, less those of a
 //! run on a mesh of a few elements.
-#[path = "peers/calculix.rs"]
-mod calculix;
 mod common;
-#[path = "peers/decks.rs"]
-mod decks;
-#[path = "peers/getfem.rs"]
-mod getfem;
+#[path = "peers/mod.rs"]
+mod programs;
 
 use common::{
     plot::{Curve, Panel},
     process::{self, Spent},
+    run::Run,
 };
-use decks::Pair;
 use kontakt::{Error, Result};
 use plotters::chart::SeriesLabelPosition;
-use std::{
-    path::{Path, PathBuf},
-    process::Command,
-};
+use programs::{calculix, decks::Pair, getfem};
+use std::{path::Path, process::Command};
 
 /// About how many unknowns are wanted, and how often each program runs.
 const SIZES: [(f64, usize); 4] = [(5e3, 5), (20e3, 5), (77e3, 3), (308e3, 2)];
@@ -61,14 +55,7 @@ impl Program {
 
     fn command(self, pair: &Pair, dofs: f64, directory: &Path) -> Command {
         match self {
-            Kontakt => {
-                let mut command = Command::new(env!("CARGO_BIN_EXE_kontakt"));
-                command.arg("run").arg(common::hertz()).arg("--out").arg(directory.join("kontakt"));
-                for set in common::sizes(dofs) {
-                    command.args(["--set", &set]);
-                }
-                command
-            }
+            Kontakt => Run::hertz(dofs, &[]).command(&[], &directory.join("kontakt")),
             GetFem => getfem::command(pair, directory),
             CalculiX => calculix::command(directory),
         }
@@ -114,28 +101,16 @@ struct Row {
 /// Runs of all programs in turn, the cheapest of each.
 fn measure(dofs: f64, repetitions: usize, directory: &Path) -> Result<(usize, Vec<(Spent, f64)>)> {
     let pair = Pair::new(&common::sized_case(dofs, &[])?)?;
-    let count = pair.meshes.iter().map(|m| 2 * m.points.len()).sum();
+    let count = pair.dofs();
     for program in Program::ALL {
         program.prepare(&pair, dofs, directory)?;
     }
-    let mut best: Vec<Option<(Spent, f64)>> = vec![None; Program::ALL.len()];
-    for _ in 0..repetitions {
-        for (program, best) in std::iter::zip(Program::ALL, &mut best) {
-            let run = program.run(&pair, dofs, directory)?;
-            if best.is_none_or(|b| run.0.cpu < b.0.cpu) {
-                *best = Some(run);
-            }
-        }
-    }
-    Ok((count, best.into_iter().flatten().collect()))
+    let runs = process::cheapest(&Program::ALL, repetitions, |p| p.run(&pair, dofs, directory))?;
+    Ok((count, runs))
 }
 
 fn main() -> Result<()> {
-    let directory: PathBuf = std::env::temp_dir().join(format!("kontakt-peers-{}", std::process::id()));
-    std::fs::create_dir_all(&directory).map_err(Error::internal)?;
-    let done = all(&directory);
-    let _ = std::fs::remove_dir_all(&directory);
-    done
+    common::in_scratch("peers", all)
 }
 
 fn all(directory: &Path) -> Result<()> {

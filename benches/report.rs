@@ -11,9 +11,13 @@ use std::{collections::BTreeMap, path::Path};
 const BEGIN: &str = "<!-- bench: written by scripts/bench -->";
 const END: &str = "<!-- bench: end -->";
 
-const PAGES: [(&str, &str); 6] = [
+const PAGES: [(&str, &str); 7] = [
     ("floor", "contact against one linear solve of the glued bodies, both drivers, other solvers of PETSc"),
     ("peers", "CPU time, memory and error against CalculiX and GetFEM on the same meshes"),
+    (
+        "friction",
+        "pressed and sheared: CPU time and error of the tangential traction against the same two, and what friction costs",
+    ),
     ("scaling", "from 5 000 to a million unknowns, from one rank to two, by the way the bodies answer"),
     ("effects", "one case with each effect alone off and on: instructions, messages, bytes, unknowns"),
     ("adaptive", "adaptive against uniform refinement of an ungraded Hertz mesh"),
@@ -68,6 +72,7 @@ fn quoted(figures: &Map<String, Value>) -> String {
         alternations(&list("alternations")),
         floor(&list("floor")),
         peers(&list("peers")),
+        friction(&list("friction")),
         scaling(&list("scaling")),
         ranks(&list("ranks")),
     ];
@@ -122,13 +127,31 @@ fn floor(rows: &[Value]) -> Option<String> {
     ))
 }
 
-fn peers(rows: &[Value]) -> Option<String> {
+/// The largest size of a list, and its rows by program.
+fn largest(rows: &[Value]) -> Option<(f64, BTreeMap<&str, &Value>)> {
     let dofs = number(rows.last()?, "dofs")?;
-    let rows: BTreeMap<&str, &Value> = rows
-        .iter()
-        .filter(|r| number(r, "dofs") == Some(dofs))
-        .filter_map(|r| Some((r["program"].as_str()?, r)))
-        .collect();
+    let rows = rows.iter().filter(|r| number(r, "dofs") == Some(dofs));
+    Some((dofs, rows.filter_map(|r| Some((r["program"].as_str()?, r))).collect()))
+}
+
+fn friction(rows: &[Value]) -> Option<String> {
+    let (dofs, rows) = largest(rows)?;
+    let times = |program: &str, other: &str| {
+        let seconds = |name: &str| number(rows.get(name)?, "cpu_seconds");
+        Some(seconds(program)? / seconds(other)?)
+    };
+    Some(format!(
+        "- two discs pressed and sheared, {} unknowns, friction 0.3, take kontakt {:.0} times less CPU time than GetFEM and {:.0} times less than CalculiX,\n  \
+         and {:.2} times the CPU time of the same steps without friction: [friction](docs/benchmarks/friction.md)",
+        round(dofs),
+        times("GetFEM", "kontakt")?,
+        times("CalculiX", "kontakt")?,
+        times("kontakt", "kontakt frictionless")?
+    ))
+}
+
+fn peers(rows: &[Value]) -> Option<String> {
+    let (dofs, rows) = largest(rows)?;
     let own = rows.get("kontakt")?;
     let others = rows.iter().filter(|(name, _)| **name != "kontakt");
     let others: Option<Vec<String>> = others

@@ -43,6 +43,11 @@ pub fn sizes(dofs: f64) -> Vec<String> {
     sets
 }
 
+/// The case of partial slip, cases/partial-slip, whose discs [`sizes`] also fits.
+pub fn partial_slip() -> PathBuf {
+    root().join("cases/partial-slip/case.toml")
+}
+
 /// The Hertz case with about `dofs` unknowns and more settings.
 pub fn sized_case(dofs: f64, more: &[String]) -> Result<Case> {
     case::read(&hertz(), None, &[&sizes(dofs)[..], more].concat())
@@ -57,6 +62,15 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 pub fn argument(key: &str) -> Option<PathBuf> {
     let arguments: Vec<String> = std::env::args().collect();
     arguments.iter().position(|a| a == key).and_then(|i| arguments.get(i + 1)).map(PathBuf::from)
+}
+
+/// Does something with a directory of its own, which is removed again.
+pub fn in_scratch<V>(name: &str, work: impl Fn(&Path) -> Result<V>) -> Result<V> {
+    let directory = std::env::temp_dir().join(format!("kontakt-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&directory).map_err(Error::internal)?;
+    let done = work(&directory);
+    let _ = std::fs::remove_dir_all(&directory);
+    done
 }
 
 /// Prints a page and writes it to docs/benchmarks.

@@ -21,6 +21,24 @@ pub struct Spent {
     pub peak_mb: f64,
 }
 
+/// Runs of all in turn, `repetitions` times: of each the one with the least CPU seconds, and what it found.
+pub fn cheapest<P: Copy, V>(
+    programs: &[P],
+    repetitions: usize,
+    run: impl Fn(P) -> Result<(Spent, V)>,
+) -> Result<Vec<(Spent, V)>> {
+    let mut best: Vec<Option<(Spent, V)>> = programs.iter().map(|_| None).collect();
+    for _ in 0..repetitions {
+        for (&program, best) in std::iter::zip(programs, &mut best) {
+            let done = run(program)?;
+            if best.as_ref().is_none_or(|b| done.0.cpu < b.0.cpu) {
+                *best = Some(done);
+            }
+        }
+    }
+    Ok(best.into_iter().flatten().collect())
+}
+
 /// Runs a command to its end, what it says into the file `log`; an error with the last lines of it if it fails.
 pub fn run(command: &mut Command, log: &Path) -> Result<Spent> {
     let said = File::create(log).map_err(Error::internal)?;

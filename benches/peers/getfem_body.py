@@ -1,0 +1,63 @@
+"""What both scenes have in common: elastic bodies in plane strain, their supports, Newton steps, results."""
+import sys
+
+import getfem as gf
+
+E, NU = 2.1e11, 0.3
+LAMBDA, MU = E * NU / ((1 + NU) * (1 - 2 * NU)), E / (2 * (1 + NU))
+# Residual, and how much a full Newton step may make it larger before it is shortened.
+STOP, GROWTH = 1e-8, 1e9
+
+
+def model():
+    md = gf.Model("real")
+    md.add_initialized_data("lambda", [LAMBDA])
+    md.add_initialized_data("mu", [MU])
+    md.add_initialized_data("r", [0.1 * E])
+    md.add_initialized_data("along_x", [1, 0])
+    md.add_initialized_data("along_y", [0, 0, 0, 1], [2, 2])
+    return md
+
+
+def elastic(md, u, mesh):
+    """A mesh with displacements `u`: their fem, that of a scalar, the quadrature."""
+    fem, node = gf.MeshFem(mesh, 2), gf.MeshFem(mesh, 1)
+    for f in fem, node:
+        f.set_fem(gf.Fem("FEM_QK(2,1)"))
+    rule = gf.MeshIm(mesh, gf.Integ("IM_GAUSS_PARALLELEPIPED(2,3)"))
+    md.add_fem_variable(u, fem)
+    md.add_isotropic_linearized_elasticity_brick(rule, u, "lambda", "mu")
+    return fem, node, rule
+
+
+def lift(md, u, fem, rule, region, height):
+    """The region moves along y."""
+    name = f"lift{region}{u}"
+    md.add_initialized_data(name, [0, height])
+    md.add_generalized_Dirichlet_condition_with_multipliers(rule, u, fem, region, name, "along_y")
+
+
+def pin(md, u, y):
+    """The node at (0, y) keeps x."""
+    name = f"pin{u}"
+    md.add_initialized_data(name, [0, y])
+    md.add_pointwise_constraints_with_multipliers(u, name, "along_x")
+
+
+def solve(md):
+    """Newton steps."""
+    options = "max_res", STOP, "max_iter", 50, "lsolver", "mumps", "lsearch", "simplest", "alpha max ratio", GROWTH
+    steps, converged = md.solve(*options)
+    if not converged:
+        sys.exit("not converged")
+    return steps
+
+
+def lengths(rule, node, region):
+    """What a node stands for of a region."""
+    return gf.asm_boundary_source(region, rule, node, node, [[1.0] * node.nbdof()])
+
+
+def export(md, u, fem, node, file):
+    mises = md.compute_isotropic_linearized_Von_Mises_or_Tresca(u, "lambda", "mu", node)
+    fem.export_to_vtk(file, fem, md.variable(u), "displacement", node, mises, "von Mises")
