@@ -46,7 +46,9 @@ fn main() -> ExitCode {
             let of_mu: Vec<hard::Row> =
                 hard::with_friction(hard::items(quick, &filter), mu).iter().map(check).collect();
             let ([median, most], faults) = hard::dearer(&smooth, &of_mu);
-            println!("mu {mu}: alternations over those without friction: median {median:.2}, largest {most:.2}");
+            println!(
+                "mu {mu}: alternations over those without friction: median {median:.2}, largest {most:.2}"
+            );
             faults.iter().for_each(|fault| println!("    {fault}"));
             dear.extend(faults);
             rows.extend(of_mu);

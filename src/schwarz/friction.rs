@@ -324,7 +324,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             };
             // That a model has no state tells nothing of the bodies: what it has with these states teaches it.
             let tried = dense.problem.on_states(states, &given)?;
-            let as_tried = |forces| Answer { forces, states: states.clone(), updates: 0, holds: true, settled: false };
+            let as_tried =
+                |forces| Answer { forces, states: states.clone(), updates: 0, holds: true, settled: false };
             Ok(tried.map(as_tried))
         };
         let found = exchange.agree(if place.solves() { look() } else { Ok(None) })?;

@@ -224,7 +224,8 @@ impl Frictional {
         }
         let Some(forces) = smooth.on_states(&slid, given)? else { return Ok(None) };
         let gaps = self.gaps(&forces, given.gap)?;
-        for (node, state) in self.nodes.iter().zip(&mut slid).filter(|(_, state)| **state == Touch::Forwards) {
+        for (node, state) in self.nodes.iter().zip(&mut slid).filter(|(_, state)| **state == Touch::Forwards)
+        {
             if node.tangential.is_some_and(|t| gaps[t] > 0.0) {
                 *state = Touch::Backwards;
             }
@@ -381,8 +382,8 @@ impl Frictional {
             let nodes = &self.nodes[pair.clone()];
             let rows = || nodes.iter().flat_map(|n| std::iter::once(n.normal).chain(n.tangential));
             // Of pairs that carry next to nothing round-off is that of the others.
-            let [force, approach] = [&forces.x, &elastic]
-                .map(|v| larger(largest(rows().map(|j| &v[j])), BESIDE * largest(v)));
+            let [force, approach] =
+                [&forces.x, &elastic].map(|v| larger(largest(rows().map(|j| &v[j])), BESIDE * largest(v)));
             let rigid =
                 |j: usize| std::iter::zip(&forces.alpha, &self.modes).map(move |(a, mode)| a * mode[j]);
             // The gap of a row, and what of it is round-off.

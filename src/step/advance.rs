@@ -333,12 +333,7 @@ impl Engine {
             nodes: body.part.original[..body.part.n_owned].to_vec(),
             displacement,
         });
-        State {
-            factors: target.factors.clone(),
-            bodies: bodies.collect(),
-            pairs,
-            energy: Energy::default(),
-        }
+        State { factors: target.factors.clone(), bodies: bodies.collect(), pairs, energy: Energy::default() }
     }
 
     /// Penetration of the rows beyond the search distance, and whether the surfaces have turned too far for the normals

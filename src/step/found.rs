@@ -186,8 +186,7 @@ impl EndFound {
         data: &Pair,
         force: &[f64],
         [gaps, elastic]: [&[f64]; 2],
-        states: &[NodeState],
-        works: Works,
+        (states, works): (&[NodeState], Works),
         thickness: f64,
     ) -> EndFound {
         let mut table = SideTable { multipliers: true, ..empty_table(surface) };
@@ -198,7 +197,8 @@ impl EndFound {
         let n = data.n_own;
         let along = &force[data.rows.len()..];
         let slips: Vec<f64> = gaps.iter().skip(data.rows.len()).map(|y| -y).collect();
-        let rubbing = data.law.is_frictional().then(|| Rubbing::new(data, states, &slips, works.dissipated, thickness));
+        let rubbing =
+            data.law.is_frictional().then(|| Rubbing::new(data, states, &slips, works.dissipated, thickness));
         table.bonded = data.law == Law::Tied;
         let [gaps, elastic, force] = [&gaps[..n], &elastic[..n], &force[..n]];
         for (j, row) in data.own_rows().iter().enumerate() {

@@ -92,8 +92,14 @@ impl Contacts {
                 let range = ranges[i].clone();
                 let touch = driver.touch(range.clone());
                 let initial = &self.shares.rows[i].gap;
-                let (mut states, works) =
-                    node_states(pair, &plan.surfaces[i], &out[i], [&gaps[range], initial], &touch, &before[i]);
+                let (mut states, works) = node_states(
+                    pair,
+                    &plan.surfaces[i],
+                    &out[i],
+                    [&gaps[range], initial],
+                    &touch,
+                    &before[i],
+                );
                 let key = (end.pair, plan.ends[i].side);
                 if pair.law.is_frictional() {
                     states.extend(left_behind(task.before, key, &states));
@@ -132,12 +138,11 @@ impl Contacts {
             let touch = driver.touch(range.clone());
             let unmatched = pair.watched.iter().flatten().filter(|j| touch[**j] != Touch::Open).count();
             let of_range = [&gaps[range.clone()], &elastic[range]];
-            let states = &states[i];
-            let found_end =
-                EndFound::of_multipliers(surface, side, pair, values, of_range, states, works[i], thickness);
+            let left = (&states[i][..], works[i]);
+            let found_end = EndFound::of_multipliers(surface, side, pair, values, of_range, left, thickness);
             found.ends.push(EndFound { unmatched, ..found_end });
             let dissipated = works[i].dissipated;
-            solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone(), dissipated });
+            solution.pairs.push(PairState { pair: end.pair, side, nodes: states[i].clone(), dissipated });
         }
         (found, solution)
     }

@@ -78,12 +78,7 @@ pub struct NodeState {
 impl State {
     /// Before any step: nothing acts, nothing has moved, nothing is known of the contact.
     pub fn start() -> State {
-        State {
-            factors: LoadFactors::NONE,
-            bodies: Vec::new(),
-            pairs: Vec::new(),
-            energy: Energy::default(),
-        }
+        State { factors: LoadFactors::NONE, bodies: Vec::new(), pairs: Vec::new(), energy: Energy::default() }
     }
 
     /// Takes in another rank's share of the same point.

@@ -196,11 +196,7 @@ pub(super) fn depends_on_way(before: &[PairState], after: &[PairState], world: &
 /// By how much two states `a` and `b` that come from `from` differ: the norm of the difference of their tangential forces over
 /// that of the first, or, if it is more, a tenth of the difference of the work of friction on the way over the smaller of both. What a node
 /// travels before it touches is no slip, but counts as such in the increment in which it does: that shows in the work. Collective.
-pub(super) fn difference(
-    from: &[PairState],
-    [a, b]: [&[PairState]; 2],
-    world: &SimpleCommunicator,
-) -> f64 {
+pub(super) fn difference(from: &[PairState], [a, b]: [&[PairState]; 2], world: &SimpleCommunicator) -> f64 {
     let other = State::nodes(b);
     let mut sums = [0.0; 4];
     for pair in a {

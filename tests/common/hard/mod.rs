@@ -138,7 +138,8 @@ pub fn with_friction(items: Vec<Item>, friction: f64) -> Vec<Item> {
         item.name += &format!(" (mu {friction})");
         item.swap = None;
         let run = &mut item.run;
-        if let Some(other) = run.friction.iter().find(|other| other.coefficients.contains(&friction)).cloned() {
+        if let Some(other) = run.friction.iter().find(|other| other.coefficients.contains(&friction)).cloned()
+        {
             (run.outcome, run.exit) = (other.outcome, other.exit);
         }
         run.ranks = if friction == 0.3 { vec![1, 2] } else { vec![1] };
@@ -173,10 +174,14 @@ pub fn dearer(smooth: &[Row], rows: &[Row]) -> ([f64; 2], Vec<String>) {
         .iter()
         .filter(|row| row.outcome == "converged")
         .filter_map(|row| {
-            let before = smooth.iter().find(|smooth| smooth.case == name(row) && smooth.outcome == "converged")?;
+            let before =
+                smooth.iter().find(|smooth| smooth.case == name(row) && smooth.outcome == "converged")?;
             let ratio = row.alternations as f64 / larger(before.alternations as f64, 1.0);
             if ratio > DEARER[0] {
-                faults.push(format!("{}: {} alternations, without friction {}", row.case, row.alternations, before.alternations));
+                faults.push(format!(
+                    "{}: {} alternations, without friction {}",
+                    row.case, row.alternations, before.alternations
+                ));
             }
             Some(ratio)
         })
