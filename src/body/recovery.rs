@@ -193,7 +193,9 @@ impl Body {
     pub fn held_by(&self, internal: &[f64], contact: &[f64]) -> Vec<f64> {
         let dim = self.part.dim;
         let mut held = self.loads.external_at(&self.loads.factors);
-        for (&i, support) in self.model.constraints.0.iter().filter(|(i, _)| (**i as usize) < self.part.n_owned) {
+        for (&i, support) in
+            self.model.constraints.0.iter().filter(|(i, _)| (**i as usize) < self.part.n_owned)
+        {
             let i = i as usize;
             let [internal, contact, applied] = [internal, contact, &held[..]].map(|f| vector(f, i, dim));
             let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);

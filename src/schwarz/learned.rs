@@ -9,7 +9,11 @@
 //!
 //! with s conjugate to all directions before it, so that A stays exact for all forces that have been tried, symmetric and positive definite.
 use super::{Coupling, PairRows, Respond};
-use crate::{error::Result, petsc::Symmetric, vector::{larger, smaller}};
+use crate::{
+    error::Result,
+    petsc::Symmetric,
+    vector::{larger, smaller},
+};
 use std::f64::consts::PI;
 
 /// A direction that does less than this share of the work of the forces is known but for round-off by those before it.

@@ -107,7 +107,8 @@ pub(super) fn balance(
         largest: so_far.largest,
     };
     let Energy { external, heat, .. } = energy;
-    energy.largest = [external, heat, stored, dissipated].iter().fold(energy.largest, |m, e| larger(m, e.abs()));
+    energy.largest =
+        [external, heat, stored, dissipated].iter().fold(energy.largest, |m, e| larger(m, e.abs()));
     let missing = (external + heat - stored - dissipated).abs();
     // Where all works cancel their round-off has no balance.
     let imbalance = if energy.largest <= SCENE * all { 0.0 } else { ratio(missing, energy.largest) };

@@ -70,7 +70,8 @@ fn cycles_of_partial_slip_balance() {
     let (Some(lower), Some(fine)) = (lower, fine) else { panic!("two bodies") };
     balances(&solve(&coarse.replace(lower, fine)), 1e-9);
     // Normal and tangential loads together, in increments: nodes close and begin to slip in each.
-    let together = discs(0.3, 10.0, A_OVER_B, &[]) + "[[step]]\nloads = 0.7\nsteps = 8\n[[step]]\nloads = -0.2\nsupports = 0.6\nsteps = 5\n";
+    let together = discs(0.3, 10.0, A_OVER_B, &[])
+        + "[[step]]\nloads = 0.7\nsteps = 8\n[[step]]\nloads = -0.2\nsupports = 0.6\nsteps = 5\n";
     balances(&solve(&together), 1e-9);
 }
 
@@ -79,7 +80,8 @@ fn cycles_of_partial_slip_balance() {
 #[test]
 fn what_friction_took_is_not_lost_when_a_gap_opens() {
     let text = std::fs::read_to_string("cases/hard/heat-cycle/case.toml").expect("the case reads");
-    let text = text.replace("gap = 5e-5", "gap = 5e-5\nfriction = 0.3").replace("[[step]]", "[[step]]\nsteps = 4");
+    let text =
+        text.replace("gap = 5e-5", "gap = 5e-5\nfriction = 0.3").replace("[[step]]", "[[step]]\nsteps = 4");
     let text = text.split("[[variant]]").next().expect("a case").to_owned();
     let (summary, _) = solve_all(&text, 2, &[]);
     balances(&summary, 1e-9);
@@ -101,7 +103,9 @@ fn energies_balance_in_heat_and_in_the_papers_driver() {
     let text = std::fs::read_to_string("cases/heated-rectangles/case.toml").expect("the case reads");
     let text = text.split("[[probe]]").next().expect("a case");
     let text = text.replace("cells = 40", "cells = 10").replace("cells = 16", "cells = 4");
-    let text = text.replace("cells = [40, 40]", "cells = [10, 10]").replace("[[contact]]", "[[contact]]\nfriction = 0.3");
+    let text = text
+        .replace("cells = [40, 40]", "cells = [10, 10]")
+        .replace("[[contact]]", "[[contact]]\nfriction = 0.3");
     let steps = "[[step]]\ntemperature = 0.5\nsteps = 3\n[[step]]\nsteps = 3\n[[step]]\ntemperature = 0.2\nsteps = 3\n";
     let soft = text
         .replace("young = 2.1e11", "young = { temperature = [293, 700], value = [2.1e11, 1.6e11] }")
