@@ -340,6 +340,21 @@ fn contacts() {
         ("gap = 5e-5", "search_distance = 0", "search_distance: 0 was given; must be > 0"),
         ("gap = 5e-5", "conjugate = \"nearest\"", "one of 'closest point', 'intersection' is needed"),
         ("gap = 5e-5", "friction = -0.1", "friction: -0.1 was given; must be >= 0"),
+        (
+            "gap = 5e-5",
+            "friction = { temperature = [293, 593], value = [0.3, -0.1] }",
+            "f.toml:31: contact.main.friction.value: -0.1 was given (value.1); must be >= 0",
+        ),
+        (
+            "gap = 5e-5",
+            "friction = { temperature = [593, 293], value = [0.3, 0.1] }",
+            "293 follows 593; temperatures must increase",
+        ),
+        (
+            "gap = 5e-5",
+            "law = \"tresca\"\nshear = { temperature = [293, 593], value = [1e6, 0] }",
+            "f.toml:32: contact.main.shear.value: 0 was given (value.1); must be > 0",
+        ),
         ("gap = 5e-5", "frictoin = 0.1", "did you mean 'friction'?"),
         ("gap = 5e-5", "law = \"colomb\"\nfriction = 0.1", "did you mean 'coulomb'?"),
         ("gap = 5e-5", "law = \"coulomb\"", "law = \"coulomb\" needs 'friction'"),
@@ -385,6 +400,24 @@ fn contacts() {
 }
 
 /// Friction is settled on compliances, which a body that answers by its solver does not have.
+#[test]
+fn friction_over_temperature_needs_one() {
+    const TABLE: &str = "{ temperature = [293, 593], value = [0.3, 0.1] }";
+    for law in [format!("friction = {TABLE}"), format!("law = \"tresca\"\nshear = {TABLE}")] {
+        let text = GOOD.replace("gap = 5e-5", &law);
+        let case = read_text(&text, None, &[]).expect("one body is heated");
+        assert_eq!(
+            case.contacts[0].over_temperature,
+            Some(Property::Table(vec![(293.0, 0.3), (593.0, 0.1)]))
+        );
+        let error = read_text(&text.replace("temperature = 393\n", ""), None, &[]).unwrap_err();
+        let key = if law.starts_with("law") { "31: contact.main.shear" } else { "30: contact.main.friction" };
+        let rule = "a table over temperature needs a body with a 'temperature'";
+        assert!(error.contains(&format!("f.toml:{key}: {rule}")), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
 #[test]
 fn friction_of_a_body_that_answers_by_its_solver() {
     let with = |sets: &[&str]| read_text(GOOD, None, sets);

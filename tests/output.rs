@@ -116,12 +116,14 @@ fn pairs(rank: i32, size: i32) -> Vec<PairTables> {
     vec![
         PairTables {
             law: Law::Frictionless,
+            varies: false,
             name: "p/1 ä".into(),
             surfaces: surfaces.clone(),
             sides: [on(last, side(1.0, 4)), on(first, side(2.0, 3))],
         },
         PairTables {
             law: Law::Tresca { shear: 7.5 },
+            varies: false,
             name: "q".into(),
             surfaces,
             sides: [on(last, rubbing()), None],

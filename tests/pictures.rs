@@ -123,6 +123,7 @@ fn punch(kind: ElementKind, units: Units) -> Results {
     let side = |backwards| hertz_side(31, 0.02, 0.0185, 1.4e8, 0.0, backwards);
     let pair = PairTables {
         law: Law::Frictionless,
+        varies: false,
         name: "upper.bottom-lower.top".into(),
         surfaces: ["upper.bottom".into(), "lower.top".into()],
         sides: [Some(side(false)), Some(side(true))],
@@ -153,6 +154,7 @@ fn hertz(n: usize) -> Results {
     let side = |backwards| hertz_side(121, 0.01, a, p0, 0.0, backwards);
     let pair = PairTables {
         law: Law::Frictionless,
+        varies: false,
         name: "discs".into(),
         surfaces: ["upper.arc".into(), "lower.arc".into()],
         sides: [Some(side(false)), Some(side(true))],
@@ -248,6 +250,7 @@ fn pressed_in_steps(n: usize) -> Results {
         let idle = SideTable { pressure: vec![0.0; 61], status: vec![0; 61], ..side.clone() };
         let pairs = vec![PairTables {
             law: Law::Frictionless,
+            varies: false,
             name: "punch".into(),
             surfaces: ["upper.bottom".into(), "anvil.surface".into()],
             sides: [Some(side), Some(idle)],
@@ -360,7 +363,7 @@ fn sheared(law: Law, steps: usize) -> Results {
         let status = (0..61).map(|i| if slips(i) { SLIPS } else { side.status[i] }).collect();
         (side.tangential, side.status) = (Some(tangential), status);
         let surfaces = ["upper.bottom".into(), "anvil.surface".into()];
-        vec![PairTables { law, name: "punch".into(), surfaces, sides: [Some(side), None] }]
+        vec![PairTables { law, varies: false, name: "punch".into(), surfaces, sides: [Some(side), None] }]
     };
     results.pairs = state(1.0);
     if steps > 1 {

@@ -142,7 +142,7 @@ fn laws(runner: &Runner) {
     for law in [Law::Tresca { shear: 1e7 }, Law::Rough, Law::Tied] {
         let mut case = case.clone();
         case.contacts[0].law = law;
-        let [sticking, slipping] = compare(runner, &case, Weights::Response, &law.describe());
+        let [sticking, slipping] = compare(runner, &case, Weights::Response, &law.describe(false));
         assert_eq!(slipping > 0, matches!(law, Law::Tresca { .. }), "{law:?}: {sticking} {slipping}");
     }
 }

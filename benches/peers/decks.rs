@@ -45,6 +45,11 @@ impl Pair {
                 }
             }
         }
+        if case.contacts[0].over_temperature.is_some() {
+            return Err(Error::internal(
+                "a law over temperature, which the other programs' decks do not know",
+            ));
+        }
         let shear = match case.contacts[0].law {
             Law::Coulomb { friction } => Some(Shear { friction, pull: pulls(case)? }),
             _ => None,

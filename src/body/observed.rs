@@ -9,6 +9,13 @@ impl Body {
     pub fn at_nodes(&self, group: &SimpleCommunicator, owned: &[f64], nodes: &[u32]) -> Vec<[f64; 3]> {
         Observed::new(self, group, nodes).read(group, owned, self.dim())
     }
+
+    /// Current temperatures at nodes of the mesh, K, on the group's first rank; `None`: it has none. Collective.
+    pub fn temperatures_at(&self, group: &SimpleCommunicator, nodes: &[u32]) -> Option<Vec<f64>> {
+        let owned = self.temperature.as_ref()?;
+        let found = Observed::new(self, group, nodes).read(group, owned, 1);
+        Some(found.into_iter().map(|[t, ..]| t).collect())
+    }
 }
 
 /// Where the observed nodes are, and how their values reach the first rank.

@@ -1,9 +1,10 @@
 //! Reads what joins the bodies and what is reported: `[[contact]]`, `[[probe]]`, `[output]`.
 use super::body::{surface_error, within};
+use super::material::property;
 use super::reader::{Field, Fields, all};
 use super::{
     AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Driver, Gap, Law, OutputCase,
-    ProbeCase, StressComponent, SurfaceName, Transfer, nearest,
+    ProbeCase, Property, StressComponent, SurfaceName, Transfer, nearest,
 };
 
 /// A body as others refer to it.
@@ -14,6 +15,8 @@ pub(super) struct NamedBody<'a> {
     pub body: BodyRef,
     /// Its surfaces, where they are known before the mesh is read.
     pub surfaces: Option<&'static [&'static str]>,
+    /// True if it has a temperature.
+    pub heated: bool,
 }
 
 /// Reads one pair. `alternation` is `None` where it could not be read.
@@ -31,11 +34,14 @@ pub(super) fn read(
     let conjugate = conjugate(fields, alternation);
     let geometry =
         fields.choice("geometry").map(|choice| [ContactGeometry::Initial, ContactGeometry::Updated][choice]);
-    let law = law(fields).unwrap_or_default();
+    let (law, over_temperature) = law(fields).unwrap_or_default();
     if geometry == Some(ContactGeometry::Updated) && law.is_frictional() {
         refuse_slipping_apart(fields, alternation);
     }
     let surfaces = surfaces(fields, bodies)?;
+    if over_temperature.is_some() {
+        needs_temperature(fields, bodies, &surfaces);
+    }
     let default_name = || {
         let body_name = |body| bodies.iter().find(|b| b.body == body).map_or("", |b| b.name);
         surfaces.each_ref().map(|s| format!("{}.{}", body_name(s.body), s.surface)).join("-")
@@ -47,15 +53,16 @@ pub(super) fn read(
         conjugate: conjugate.unwrap_or(ConjugateRule::ClosestPoint),
         geometry: geometry.unwrap_or(ContactGeometry::Initial),
         law,
+        over_temperature,
         origin: fields.origin(),
         surfaces,
     })
 }
 
-/// `law`, `friction` and `shear`, which go together.
-fn law(fields: &Fields<'_>) -> Option<Law> {
-    let friction = fields.number_if("friction", |value| value >= 0.0, "must be >= 0");
-    let shear = fields.number_if("shear", |value| value > 0.0, "must be > 0");
+/// `law`, `friction` and `shear`, which go together; the number of the law, if it is a table.
+fn law(fields: &Fields<'_>) -> Option<(Law, Option<Property>)> {
+    let friction = property(fields, "friction", |value| value >= 0.0, "must be >= 0");
+    let shear = property(fields, "shear", |value| value > 0.0, "must be > 0");
     const COULOMB: usize = 1;
     let chosen = fields.choice("law").or(fields.has("friction").then_some(COULOMB)).unwrap_or(0);
     for (key, needed) in [("friction", COULOMB), ("shear", 2)] {
@@ -71,16 +78,36 @@ fn law(fields: &Fields<'_>) -> Option<Law> {
             _ => {}
         }
     }
-    Some(match chosen {
-        COULOMB => match friction? {
-            0.0 => Law::Frictionless,
-            friction => Law::Coulomb { friction },
-        },
-        2 => Law::Tresca { shear: shear? },
-        3 => Law::Rough,
-        4 => Law::Tied,
-        _ => Law::Frictionless,
-    })
+    let (law, property) = match chosen {
+        COULOMB => {
+            let property = friction?;
+            let law = match property.largest() {
+                0.0 => Law::Frictionless,
+                friction => Law::Coulomb { friction },
+            };
+            (law, Some(property))
+        }
+        2 => {
+            let property = shear?;
+            (Law::Tresca { shear: property.largest() }, Some(property))
+        }
+        3 => (Law::Rough, None),
+        4 => (Law::Tied, None),
+        _ => (Law::Frictionless, None),
+    };
+    Some((law, property.filter(|property| property.is_table() && law.is_frictional())))
+}
+
+/// A table over temperature needs one.
+fn needs_temperature(fields: &Fields<'_>, bodies: &[NamedBody<'_>], surfaces: &[SurfaceName; 2]) {
+    let heated = |s: &SurfaceName| bodies.iter().any(|b| b.body == s.body && b.heated);
+    if !surfaces.iter().any(heated) {
+        let key = if fields.has("friction") { "friction" } else { "shear" };
+        fields.error_at(
+            key,
+            "a table over temperature needs a body with a 'temperature' on one side of the pair at least",
+        );
+    }
 }
 
 /// The paper's transfer has friction where nodes match: those that slip do not when they are followed.

@@ -97,7 +97,12 @@ fn temperature(fields: &Fields<'_>, key: &str) -> Option<f64> {
 }
 
 /// A property, every value of which keeps a rule.
-fn property(fields: &Fields<'_>, key: &str, good: impl Fn(f64) -> bool, rule: &str) -> Option<Property> {
+pub(super) fn property(
+    fields: &Fields<'_>,
+    key: &str,
+    good: impl Fn(f64) -> bool,
+    rule: &str,
+) -> Option<Property> {
     let field = fields.field(key)?;
     let dimension = field.dimension();
     if field.node.entries().is_none() {

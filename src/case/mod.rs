@@ -322,6 +322,8 @@ pub struct ContactCase {
     pub geometry: ContactGeometry,
     /// What the surfaces do tangentially.
     pub law: Law,
+    /// The number of the law as a table over temperature, of which the law then has the largest.
+    pub over_temperature: Option<Property>,
     /// Where it is written.
     pub origin: Origin,
 }

@@ -185,7 +185,7 @@ fn read_bodies<'a>(tables: &[Fields<'a>], materials: &Materials<'_>, paths: &Pat
             bodies.deformable.push(read);
             (BodyRef::Deformable(bodies.deformable.len() - 1), surfaces)
         };
-        bodies.named.push(NamedBody { name: label(table), body, surfaces });
+        bodies.named.push(NamedBody { name: label(table), body, surfaces, heated: table.has("temperature") });
     }
     bodies
 }

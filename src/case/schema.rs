@@ -634,15 +634,17 @@ with the gap that there is between the nodes of the meshes.",
             ),
             key(
                 "friction",
-                Number(D::NUMBER),
+                Property(D::NUMBER),
                 is("none"),
-                "Coefficient of friction mu of Amontons' and Coulomb's law; 0 is no friction.",
+                "Coefficient of friction mu of Amontons' and Coulomb's law, >= 0; 0 is no friction. Perhaps a table over \
+temperature, as of a material: it is that of the mean of the temperatures of the two surfaces at each node at the end of each \
+increment; of a body without temperature, and of a rigid one, that of the other.",
             ),
             key(
                 "shear",
-                Number(D::PRESSURE),
+                Property(D::PRESSURE),
                 is("none"),
-                "Bound of the tangential traction of `law = \"tresca\"`.",
+                "Bound of the tangential traction of `law = \"tresca\"`, > 0. Perhaps a table, as `friction`.",
             ),
             key(
                 "geometry",

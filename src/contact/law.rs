@@ -1,6 +1,14 @@
 //! What a pair of surfaces does tangentially.
 use crate::vector::larger;
 
+/// mu, infinite where nothing slips, and the bound of the tangential traction at no pressure, Pa.
+pub type Coefficients = [f64; 2];
+
+/// The most that a tangential force can be at a node with this normal force and area, N.
+pub fn largest_force([friction, shear]: Coefficients, force: f64, area: f64) -> f64 {
+    friction * larger(force, 0.0) + shear * area
+}
+
 /// The law of a pair.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Law {
@@ -9,12 +17,12 @@ pub enum Law {
     Frictionless,
     /// Amontons and Coulomb: |q| <= mu p; where it slips q = mu p against the slip.
     Coulomb {
-        /// mu, positive.
+        /// mu, positive; the largest where it varies with the temperature.
         friction: f64,
     },
     /// Tresca: |q| <= k wherever the surfaces touch.
     Tresca {
-        /// k, Pa.
+        /// k, Pa; the largest where it varies with the temperature.
         shear: f64,
     },
     /// Never slips while it touches.
@@ -54,17 +62,26 @@ impl Law {
         if let Law::Tresca { shear } = self { shear } else { 0.0 }
     }
 
+    /// mu, and k in Pa.
+    pub fn coefficients(self) -> Coefficients {
+        [self.friction(), self.shear()]
+    }
+
     /// The most that |q| can be at a node in contact with the pressure `p`, Pa; `None`: any size.
     pub fn bound(self, p: f64) -> Option<f64> {
         let bound = self.friction() * larger(p, 0.0) + self.shear();
         self.friction().is_finite().then_some(bound)
     }
 
-    /// In a line of the log.
-    pub fn describe(self) -> String {
+    /// In a line of the log; `varies`: with the temperature.
+    pub fn describe(self, varies: bool) -> String {
         match self {
             Law::Frictionless => "frictionless".into(),
+            Law::Coulomb { friction } if varies => {
+                format!("friction up to {friction}, over temperature")
+            }
             Law::Coulomb { friction } => format!("friction {friction}"),
+            Law::Tresca { shear } if varies => format!("shear up to {shear:e}, over temperature"),
             Law::Tresca { shear } => format!("shear up to {shear:e}"),
             Law::Rough => "rough".into(),
             Law::Tied => "tied".into(),

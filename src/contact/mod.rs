@@ -19,7 +19,7 @@ mod testing;
 
 pub use camber::Camber;
 pub use gap::{ConjugateRule, Gap};
-pub use law::Law;
+pub use law::{Coefficients, Law, largest_force};
 pub use pairing::{Conjugate, Pairing};
 pub use penetration::deepest_node;
 pub use rows::{Row, pointwise};

@@ -176,6 +176,7 @@ fn read_pair(group: &Group, step: Option<usize>) -> Result<PairTables> {
         name: read_string_attribute(group, "name")?,
         surfaces: [read_string_attribute(&a, "surface")?, read_string_attribute(&b, "surface")?],
         law: read_law(group)?,
+        varies: group.attr("over_temperature").is_ok(),
         sides: sides.map(Some),
     })
 }

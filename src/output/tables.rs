@@ -25,6 +25,9 @@ pub(super) fn create_contact<'a>(
         if spread.is_first() {
             group.text("name", &pair.name)?;
             add_law(&group, pair.law)?;
+            if pair.varies {
+                group.number("over_temperature", 1_u8)?;
+            }
         }
         for (side, name) in ["a", "b"].into_iter().enumerate() {
             let table = pair.sides[side].as_ref();

@@ -69,6 +69,8 @@ pub struct PairTables {
     pub surfaces: [String; 2],
     /// What the pair does tangentially.
     pub law: Law,
+    /// True if the number of the law varies with the temperature.
+    pub varies: bool,
     /// The tables, each on one rank, `None` on the others. A side may have none anywhere: a rigid surface.
     pub sides: [Option<SideTable>; 2],
 }

@@ -4,7 +4,7 @@
 //! same rows through the transposed operator. Only row forces and row displacements are exchanged.
 use super::{Respond, Spring};
 use crate::{
-    contact::Law,
+    contact::{Coefficients, Law},
     error::{Error, Result},
     parallel::{Exchange, Partner},
     vector::all_finite,
@@ -34,6 +34,8 @@ pub struct PairRows {
     pub gap: Vec<f64>,
     /// What a pair with tangential rows does on them.
     pub law: Law,
+    /// Of each normal row, where these vary; empty: those of the law.
+    pub coefficients: Vec<Coefficients>,
     /// Weight of each row's multiplier, m2; 1 if none are given.
     pub area: Vec<f64>,
     /// Place of each normal row along the surface, m; empty if none are given.
@@ -117,6 +119,12 @@ impl PairRows {
     /// Number of normal rows.
     pub fn n_normal(&self) -> usize {
         if self.law.is_frictional() { self.gap.len() / 2 } else { self.gap.len() }
+    }
+
+    /// Of a normal row: mu, and the bound of the tangential force at no pressure, N.
+    pub fn bounds(&self, k: usize) -> [f64; 2] {
+        let [friction, shear] = self.coefficients.get(k).copied().unwrap_or(self.law.coefficients());
+        [friction, shear * self.area.get(k).copied().unwrap_or(1.0)]
     }
 }
 

@@ -266,8 +266,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             }
             place.gather(&own)
         };
-        let friction = per_row(&|rows, _| rows.law.friction());
-        let shear = per_row(&|rows, k| rows.law.shear() * rows.area.get(k).copied().unwrap_or(1.0));
+        let friction = per_row(&|rows, k| rows.bounds(k)[0]);
+        let shear = per_row(&|rows, k| rows.bounds(k)[1]);
         let bonded = per_row(&|rows, _| f64::from(u8::from(rows.law == Law::Tied)));
         let scale = place.scale(&mut f, self.rows);
         let of_node = |p: usize, k: usize| {

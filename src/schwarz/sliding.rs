@@ -20,13 +20,16 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let mut nodes = Vec::new();
         for (rows, range) in std::iter::zip(self.rows, &self.coupling.ranges) {
             let n = rows.n_normal();
-            let of_row = |k: usize| Node {
-                normal: range.start + k,
-                tangential: rows.law.is_frictional().then_some(range.start + n + k),
-                friction: rows.law.friction(),
-                shear: rows.law.shear() * rows.area.get(k).copied().unwrap_or(1.0),
-                bonded: rows.law == Law::Tied,
-                held: false,
+            let of_row = |k: usize| {
+                let [friction, shear] = rows.bounds(k);
+                Node {
+                    normal: range.start + k,
+                    tangential: rows.law.is_frictional().then_some(range.start + n + k),
+                    friction,
+                    shear,
+                    bonded: rows.law == Law::Tied,
+                    held: false,
+                }
             };
             nodes.extend((0..range.len().min(n)).map(of_row));
         }

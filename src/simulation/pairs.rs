@@ -27,7 +27,13 @@ pub(super) fn pair_results(
     let mut tables: Vec<PairTables> = case
         .contacts
         .iter()
-        .map(|c| PairTables { name: c.name.clone(), surfaces: names(c), law: c.law, sides: [None, None] })
+        .map(|c| PairTables {
+            name: c.name.clone(),
+            surfaces: names(c),
+            law: c.law,
+            varies: c.over_temperature.is_some(),
+            sides: [None, None],
+        })
         .collect();
     let mut sums = vec![[0.0; SUMS]; case.contacts.len()];
     let mut maxima = vec![[0.0_f64; MAXIMA]; case.contacts.len()];
@@ -75,7 +81,7 @@ pub(super) fn pair_results(
                 force_imbalance,
                 complementarity: if contact.law == Law::Tied { 0.0 } else { ratio(m[2], m[0] * m[3]) },
                 friction: contact.law.is_frictional().then(|| record::FrictionSummary {
-                    law: contact.law.describe(),
+                    law: contact.law.describe(contact.over_temperature.is_some()),
                     force: s[15],
                     dissipated: s[16],
                     stick_length: s[17],

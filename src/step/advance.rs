@@ -187,6 +187,7 @@ impl Engine {
         let start = Instant::now();
         self.load(plan, target)?;
         let updated = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
+        let temperatures = self.temperatures(case, plan);
         let mut place = self.place_of(case, plan, from)?;
         let begun = place.clone();
         let mut warm = from.pairs.clone();
@@ -199,7 +200,7 @@ impl Engine {
                 self.follow(scene, &place)?;
             }
             let (driven, solution) =
-                self.drive(scene, target, (&begun, &from.pairs), &warm, &mut progress)?;
+                self.drive(scene, target, (&begun, &from.pairs), &warm, &temperatures, &mut progress)?;
             let before = std::mem::replace(&mut found, driven);
             found.prepend(before);
             let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());
@@ -288,6 +289,18 @@ impl Engine {
             self.modes = number_modes(plan, &self.bodies);
         }
         Ok(())
+    }
+
+    /// Temperatures at the nodes of each end's surface, K, on the first ranks; nothing where no law varies with them. Collective.
+    fn temperatures(&self, case: &Case, plan: &Plan) -> Vec<Option<Vec<f64>>> {
+        if case.contacts.iter().all(|contact| contact.over_temperature.is_none()) {
+            return Vec::new();
+        }
+        let group = &plan.groups.group;
+        let of_end = |(surface, end): (&Surface, &ContactSide)| {
+            self.bodies[plan.place(end.body)].temperatures_at(group, &surface.nodes)
+        };
+        std::iter::zip(&plan.surfaces, &plan.ends).map(of_end).collect()
     }
 
     /// Where a state's surfaces are. Collective.
@@ -414,6 +427,7 @@ impl Engine {
         target: Target,
         (from, before): (&Place, &[PairState]),
         warm: &[PairState],
+        temperatures: &[Option<Vec<f64>>],
         progress: &mut impl FnMut(&HistoryRow),
     ) -> Result<(Found, Solution)> {
         let world = &scene.plan.groups.world;
@@ -424,8 +438,9 @@ impl Engine {
             }
             Some(contacts) => {
                 let names = |b: usize, k: usize| self.bodies[b].mode_name(k);
-                let task =
-                    Task { scene: *scene, target, from, before, warm, modes: &self.modes, names: &names };
+                let coefficients = &contacts.coefficients(scene, temperatures)[..];
+                let (scene, modes, names) = (*scene, &self.modes, &names);
+                let task = Task { scene, target, from, before, warm, modes, coefficients, names };
                 let outcome = contacts.solve(&task, &self.neutral, &mut self.responses, progress);
                 self.responses.iter().for_each(Response::finish);
                 outcome

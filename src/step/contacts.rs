@@ -79,7 +79,7 @@ impl Contacts {
                 gap_in_words(rows),
                 case.body_name(name.body),
                 name.surface,
-                contact.law.describe(),
+                contact.law.describe(contact.over_temperature.is_some()),
                 case.alternation.transfer.name(),
             )
         })
@@ -375,6 +375,9 @@ impl Contacts {
             let updated = case.contacts[end.pair].geometry == ContactGeometry::Updated;
             if let (true, Some(gaps)) = (updated && pair.law != Law::Tied, &self.gaps) {
                 rows[i].gap[..gaps[i].len()].copy_from_slice(&gaps[i]);
+            }
+            if let Some(coefficients) = task.coefficients.get(i) {
+                rows[i].coefficients.clone_from(coefficients);
             }
             if pair.law.is_frictional() {
                 rows[i].gap.truncate(pair.rows.len());

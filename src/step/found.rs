@@ -6,7 +6,7 @@ use super::{
 };
 use crate::vector::{larger, worst};
 use crate::{
-    contact::{Law, Surface, vector::combine},
+    contact::{Law, Surface, largest_force, vector::combine},
     parallel,
     record::{HistoryRow, IN_CONTACT, Reason, SLIPS, SideTable, Tangential},
     schwarz::{self, Touch},
@@ -126,7 +126,8 @@ impl Rubbing {
             rubbing.astray = larger(rubbing.astray, astray);
             rubbing.scale = larger(rubbing.scale, larger(node.force.abs(), node.tangential.abs()));
             if data.law.friction().is_finite() {
-                let bound = data.law.friction() * larger(node.force, 0.0) + data.law.shear() * row.area;
+                let coefficients = node.coefficients.unwrap_or(data.law.coefficients());
+                let bound = largest_force(coefficients, node.force, row.area);
                 rubbing.beyond = larger(rubbing.beyond, node.tangential.abs() - bound);
             }
         }

@@ -6,7 +6,7 @@ use super::{
     task::{Scene, Task},
 };
 use crate::{
-    contact::{Row, vector::dot},
+    contact::{Coefficients, Law, Row, vector::dot},
     schwarz::{End, Touch},
 };
 
@@ -60,6 +60,47 @@ impl Contacts {
         own
     }
 
+    /// Per end, the coefficients of each normal row of pairs where they vary with the temperature; empty elsewhere, and if no pair's do.
+    /// They are those of the mean of the temperatures of both surfaces, or of that of the one that has one. `temperatures`: at the nodes of each end's surface,
+    /// K. Collective on the roots.
+    pub(super) fn coefficients(
+        &self,
+        scene: &Scene,
+        temperatures: &[Option<Vec<f64>>],
+    ) -> Vec<Vec<Coefficients>> {
+        let Scene { case, exchange, .. } = *scene;
+        if !case.contacts.iter().any(|contact| contact.over_temperature.is_some()) {
+            return Vec::new();
+        }
+        let own = |(end, temperatures): (&End, &Option<Vec<f64>>)| -> Vec<f64> {
+            let varies = case.contacts[end.pair].over_temperature.is_some();
+            let pair = self.pairs[end.pair].as_ref().filter(|_| varies);
+            let (Some(pair), Some(temperatures)) = (pair, temperatures) else { return Vec::new() };
+            let at = |row: &Row| match end.multiplier {
+                true => temperatures[row.node as usize],
+                false => mean(row, temperatures),
+            };
+            pair.rows.iter().map(at).collect()
+        };
+        let own: Vec<Vec<f64>> = std::iter::zip(&self.shares.ends, temperatures).map(own).collect();
+        let received = exchange.swap(&own);
+        let of_end = |((end, own), other): ((&End, &Vec<f64>), &Vec<f64>)| -> Vec<Coefficients> {
+            let property = case.contacts[end.pair].over_temperature.as_ref().filter(|_| end.multiplier);
+            let (Some(property), Some(pair)) = (property, &self.pairs[end.pair]) else { return Vec::new() };
+            let of_row = |j: usize| {
+                let sides = [own, other].into_iter().filter_map(|side| side.get(j));
+                let (sum, n) = sides.fold((0.0, 0.0), |(sum, n), t| (sum + t, n + 1.0));
+                let value = property.at(sum / n);
+                match pair.law {
+                    Law::Tresca { .. } => [0.0, value],
+                    _ => [value, 0.0],
+                }
+            };
+            (0..pair.rows.len()).map(of_row).collect()
+        };
+        std::iter::zip(&self.shares.ends, &own).zip(&received).map(of_end).collect()
+    }
+
     /// The forces of what is known, on this rank's row vector but for springs.
     pub(super) fn known_forces(&self, known: &[Vec<Option<NodeState>>]) -> Vec<f64> {
         let of_end = |(end, known): (&End, &Vec<Option<NodeState>>)| {
@@ -79,4 +120,14 @@ impl Contacts {
         };
         known.iter().map(of_end).collect()
     }
+}
+
+/// The mean of values at the nodes of the mortar side, weighted as in a row.
+fn mean(row: &Row, values: &[f64]) -> f64 {
+    let weighted = |(sum, all): (f64, f64), (node, v): &(u32, [f64; 3])| {
+        let weight = dot(v, &row.normal);
+        (sum + weight * values[*node as usize], all + weight)
+    };
+    let (sum, all) = row.terms[1].iter().fold((0.0, 0.0), weighted);
+    sum / all
 }

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     body::Response,
     case::Tolerance,
-    contact::{Law, Row, Surface},
+    contact::{Coefficients, Law, Row, Surface, largest_force},
     record::Reason,
     schwarz::{ActiveSet, Coarse, Outcome, Projector, Respond, Touch},
     vector::larger,
@@ -92,8 +92,9 @@ impl Contacts {
                 let range = ranges[i].clone();
                 let touch = driver.touch(range.clone());
                 let initial = &self.shares.rows[i].gap;
+                let coefficients = task.coefficients.get(i).map_or(&[][..], Vec::as_slice);
                 let (mut states, works) = node_states(
-                    pair,
+                    (pair, coefficients),
                     &plan.surfaces[i],
                     &out[i],
                     [&gaps[range], initial],
@@ -206,9 +207,9 @@ impl Contacts {
 }
 
 /// The nodes of the multipliers as they are left, and their works in this step: the slips since the last accepted state are added
-/// to those before. `initial`: gaps before the first step.
+/// to those before. `initial`: gaps before the first step; `coefficients`: by row, empty: those of the law.
 fn node_states(
-    pair: &Pair,
+    (pair, coefficients): (&Pair, &[Coefficients]),
     surface: &Surface,
     force: &[f64],
     [gap, initial]: [&[f64]; 2],
@@ -221,8 +222,12 @@ fn node_states(
         let before = before.get(j).copied().flatten();
         let slip = if touch[j].slips().is_some() { -gap[n + j] } else { 0.0 };
         // It slips at the bound, which goes with the normal force.
-        let bound = |force: f64| pair.law.friction() * larger(force, 0.0) + pair.law.shear() * row.area;
-        let bounds = || 0.5 * (before.map_or(0.0, |b| bound(b.force)) + bound(force[j]));
+        let coefficients = coefficients.get(j).copied();
+        let bound = |coefficients: Option<Coefficients>, force: f64| {
+            largest_force(coefficients.unwrap_or(pair.law.coefficients()), force, row.area)
+        };
+        let was = || before.map_or(0.0, |b| bound(b.coefficients, b.force));
+        let bounds = || 0.5 * (was() + bound(coefficients, force[j]));
         let work = if slip == 0.0 { 0.0 } else { bounds() * slip.abs() };
         works.dissipated += work;
         let tangential = force.get(n + j).copied().unwrap_or(0.0);
@@ -241,6 +246,7 @@ fn node_states(
             gap: gap[j],
             slip: before.map_or(0.0, |b| b.slip) + slip,
             status: touch[j],
+            coefficients,
         }
     };
     (pair.own_rows().iter().enumerate().map(state).collect(), works)

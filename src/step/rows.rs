@@ -474,6 +474,7 @@ impl Shares {
                 true => PairRows {
                     gap: data.on_all_rows(data.rows.iter().map(|row| data.gap_of(row)), |_| 0.0),
                     law: data.law,
+                    coefficients: Vec::new(),
                     area: data.on_all_rows(data.rows.iter().map(|row| row.area), |area| area),
                     along: data.along.clone(),
                     stiffness: thickness / (1.0 / data.moduli[0] + 1.0 / data.moduli[1]),

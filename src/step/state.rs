@@ -1,5 +1,5 @@
 //! History as one value.
-use crate::{body::LoadFactors, schwarz::Touch};
+use crate::{body::LoadFactors, contact::Coefficients, schwarz::Touch};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
@@ -73,6 +73,9 @@ pub struct NodeState {
     pub slip: f64,
     /// What it does.
     pub status: Touch,
+    /// Where those of its law vary.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coefficients: Option<Coefficients>,
 }
 
 impl State {

@@ -1,6 +1,6 @@
 //! What a step is told.
 use super::{place::Place, state::PairState};
-use crate::{body::LoadFactors, case::Case, parallel::Exchange, scene::Plan};
+use crate::{body::LoadFactors, case::Case, contact::Coefficients, parallel::Exchange, scene::Plan};
 
 /// The case, and where it is solved.
 #[derive(Clone, Copy)]
@@ -39,6 +39,8 @@ pub(crate) struct Task<'t, 'e> {
     #[allow(missing_docs)]
     pub before: &'t [PairState],
     pub modes: &'t Modes,
+    /// Per end, of each normal row of pairs where these vary; empty elsewhere.
+    pub coefficients: &'t [Vec<Coefficients>],
     /// Name of a mode of one of this rank's bodies.
     pub names: &'t dyn Fn(usize, usize) -> String,
 }

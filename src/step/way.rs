@@ -3,6 +3,7 @@ use super::state::{NodeState, PairState, State};
 use crate::{
     body::LoadFactors,
     case::{Increments, PathCase, StepCase},
+    contact::Coefficients,
     parallel,
     schwarz::Touch,
     vector::{larger, ratio, smaller},
@@ -176,21 +177,30 @@ pub(super) fn pace_by(turnover: f64, depends: f64) -> f64 {
     larger(turnover, TURNOVER * depends / DEPENDS)
 }
 
-/// True if nodes slip while normal forces change: then the tangential forces depend on the way. Collective.
+/// True if nodes slip while normal forces, or what bounds the tangential ones by them, change: then the tangential forces depend on the way. Collective.
 pub(super) fn depends_on_way(before: &[PairState], after: &[PairState], world: &SimpleCommunicator) -> bool {
     let old = State::nodes(before);
-    // Whether any slips, the largest change of a normal force, and the largest normal force.
+    // Whether any slips, the largest change of a normal force, or of what a coefficient makes of it, and the largest normal force.
     let mut most = [0.0_f64; 3];
     for pair in after {
         for node in &pair.nodes {
-            let old = old.get(&(pair.pair, pair.side, node.node)).map_or(0.0, |old| old.force);
+            let old = old.get(&(pair.pair, pair.side, node.node));
+            let varied = varied(old.and_then(|old| old.coefficients), node.coefficients) * node.force.abs();
+            let change = (node.force - old.map_or(0.0, |old| old.force)).abs();
             let slips = f64::from(u8::from(node.status.slips().is_some()));
-            let own = [slips, (node.force - old).abs(), node.force.abs()];
+            let own = [slips, larger(change, varied), node.force.abs()];
             std::iter::zip(&mut most, own).for_each(|(most, own)| *most = larger(*most, own));
         }
     }
     let [slips, change, force] = parallel::max(world, &most)[..] else { return false };
     slips > 0.0 && change > STEADY * force
+}
+
+/// The largest change of a coefficient, relative.
+fn varied(before: Option<Coefficients>, now: Option<Coefficients>) -> f64 {
+    let change = |(a, b): (f64, f64)| if a == b { 0.0 } else { (b - a).abs() / larger(a, b) };
+    let pairs = before.into_iter().flatten().zip(now.into_iter().flatten());
+    pairs.map(change).fold(0.0, larger)
 }
 
 /// By how much two states `a` and `b` that come from `from` differ: the norm of the difference of their tangential forces over

@@ -12,6 +12,7 @@ mod energy;
 mod frames;
 mod friction;
 mod friction_fields;
+mod friction_heat;
 mod heat;
 mod hertz;
 mod increments;

@@ -87,6 +87,7 @@ impl Case {
             contact.search_distance = contact.search_distance.map(|distance| distance * length);
             if let Law::Tresca { shear } = &mut contact.law {
                 *shear *= pressure;
+                contact.over_temperature.iter_mut().for_each(|property| scale.property(property));
             }
             for SurfaceName { within, .. } in &mut contact.surfaces {
                 scale.within(within);

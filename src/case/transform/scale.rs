@@ -20,10 +20,7 @@ impl Scale {
                 scale_all(translate, self.length);
             }
         }
-        match &mut body.material.young {
-            Property::Constant(value) => *value *= self.pressure,
-            Property::Table(rows) => rows.iter_mut().for_each(|row| row.1 *= self.pressure),
-        }
+        self.property(&mut body.material.young);
         match &mut body.temperature {
             Some(Temperature::Field(scalar)) => self.scalar(scalar, 1.0),
             Some(Temperature::Nodal { values, .. }) => {
@@ -37,6 +34,14 @@ impl Scale {
         }
         for load in &mut body.loads {
             self.load(&mut load.kind);
+        }
+    }
+
+    /// One with the unit of a pressure.
+    pub fn property(&self, property: &mut Property) {
+        match property {
+            Property::Constant(value) => *value *= self.pressure,
+            Property::Table(rows) => rows.iter_mut().for_each(|row| row.1 *= self.pressure),
         }
     }
 

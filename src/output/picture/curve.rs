@@ -330,6 +330,7 @@ mod tests {
             name: "p".into(),
             surfaces: ["a".into(), "b".into()],
             law: Law::Frictionless,
+            varies: false,
             sides,
         };
         assert_eq!(carriers(&[&pair([side([0; 3]), side([0, 1, 2])])]), [1]);

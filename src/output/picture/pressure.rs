@@ -30,12 +30,12 @@ struct Panel<'a> {
 
 impl<'a> Panel<'a> {
     fn new(pair: &'a PairTables, curves: Vec<Curve<'a>>) -> Self {
-        let tractions = tractions(pair.law, &curves);
+        let tractions = tractions(pair.law, pair.varies, &curves);
         let entry = |curve: &Curve| (Symbol::Line(curve.stroke), curve.name.clone());
         let mut entries: Vec<_> = curves.iter().map(entry).collect();
         match tractions.is_empty() {
             true => entries.push((Symbol::Dot(INK), "node in contact".to_owned())),
-            false => entries.extend(traction::symbols(pair.law)),
+            false => entries.extend(traction::symbols(pair.law, pair.varies)),
         }
         Panel { pair, curves, tractions, legend: Legend::new(entries, WIDTH - 2 * LEFT) }
     }
@@ -80,7 +80,11 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, results: &Re
     let (head, body) = area.split_vertically(CAPTION + legend.height());
     let style = TextStyle::from((FONT, 17).into_font()).color(&INK);
     let mut caption = match pair.law.is_frictional() {
-        true => format!("Contact pressure and tangential traction, {}, {}", pair.name, pair.law.describe()),
+        true => format!(
+            "Contact pressure and tangential traction, {}, {}",
+            pair.name,
+            pair.law.describe(pair.varies)
+        ),
         false => format!("Contact pressure, {}", pair.name),
     };
     if let (false, Some(curve)) = (results.before.is_empty(), curves.first()) {

@@ -40,8 +40,9 @@ impl Traction<'_> {
     }
 }
 
-/// Of each curve of pressure on the side of the multipliers; of none without a tangential law.
-pub(super) fn tractions<'a>(law: Law, pressures: &[Curve<'a>]) -> Vec<Traction<'a>> {
+/// Of each curve of pressure on the side of the multipliers; of none without a tangential law. `varies`: the law does from node to
+/// node, and the bounds are not drawn.
+pub(super) fn tractions<'a>(law: Law, varies: bool, pressures: &[Curve<'a>]) -> Vec<Traction<'a>> {
     let mut all: Vec<Traction> = Vec::new();
     // From the last one on.
     for curve in pressures.iter().filter(|curve| curve.table.multipliers).rev() {
@@ -51,7 +52,7 @@ pub(super) fn tractions<'a>(law: Law, pressures: &[Curve<'a>]) -> Vec<Traction<'
             true => law.bound(table.pressure[i]).unwrap_or(0.0),
             false => 0.0,
         };
-        let bound = law.bound(0.0).map(|_| curve.with_values(1, bound));
+        let bound = law.bound(0.0).filter(|_| !varies).map(|_| curve.with_values(1, bound));
         let known =
             |bound: &Curve| all.iter().flat_map(|later| &later.bound).any(|later| alike(bound, later));
         let bound = bound.filter(|bound| !known(bound));
@@ -72,16 +73,16 @@ fn alike(a: &Curve, b: &Curve) -> bool {
 }
 
 /// What the lines and bars mean.
-pub(super) fn symbols(law: Law) -> Vec<(Symbol, String)> {
+pub(super) fn symbols(law: Law, varies: bool) -> Vec<(Symbol, String)> {
     let bound = match law {
         Law::Coulomb { friction } => Some(format!("bound of the traction, \u{b1}{friction} p")),
         Law::Tresca { .. } => Some("bound of the traction".to_owned()),
         Law::Frictionless | Law::Rough | Law::Tied => None,
     };
-    let bound = bound.map(|name| (Symbol::Dashes(INK.stroke_width(1)), name));
-    let sticks = (Symbol::Bar(INK), "sticks".to_owned());
     // What has no bound does not slip.
     let slips = bound.is_some().then(|| (Symbol::Line(INK.stroke_width(2)), "slips".to_owned()));
+    let bound = bound.filter(|_| !varies).map(|name| (Symbol::Dashes(INK.stroke_width(1)), name));
+    let sticks = (Symbol::Bar(INK), "sticks".to_owned());
     bound.into_iter().chain([sticks]).chain(slips).collect()
 }
 
@@ -179,23 +180,23 @@ mod tests {
         let curves = [curve(&first), curve(&second), curve(&third)];
         let bounds = |law: Law| -> Vec<Option<Vec<f64>>> {
             let values = |curve: &Curve| curve.points.iter().map(|point| point.value).collect();
-            tractions(law, &curves).iter().map(|t| t.bound.as_ref().map(values)).collect()
+            tractions(law, false, &curves).iter().map(|t| t.bound.as_ref().map(values)).collect()
         };
         assert_eq!(bounds(COULOMB), [Some(vec![0.0, 1.0, 1.0]), None, Some(vec![0.0, 2.0, 0.5005])]);
         assert_eq!(bounds(Law::Tresca { shear: 3.0 }), [None, None, Some(vec![0.0, 3.0, 3.0])]);
         assert_eq!(bounds(Law::Tied), [None, None, None]);
         // That of the last one but one lies between.
         let again = [curve(&second), curve(&first), curve(&third)];
-        let drawn: Vec<bool> = tractions(COULOMB, &again).iter().map(|t| t.bound.is_some()).collect();
+        let drawn: Vec<bool> = tractions(COULOMB, false, &again).iter().map(|t| t.bound.is_some()).collect();
         assert_eq!(drawn, [false, true, true]);
-        let all = tractions(COULOMB, &curves);
+        let all = tractions(COULOMB, false, &curves);
         assert_eq!(all.iter().map(|t| t.lines().count()).collect::<Vec<_>>(), [3, 1, 3]);
         assert_eq!(all[0].traction.points[1].value, -1.0);
         // The other side's are those of this one.
         let other = SideTable { multipliers: false, ..first.clone() };
-        assert!(tractions(COULOMB, &[curve(&other)]).is_empty());
+        assert!(tractions(COULOMB, false, &[curve(&other)]).is_empty());
         let smooth = SideTable { tangential: None, ..first };
-        assert!(tractions(Law::Frictionless, &[curve(&smooth)]).is_empty());
+        assert!(tractions(Law::Frictionless, false, &[curve(&smooth)]).is_empty());
     }
 
     #[test]
