@@ -78,14 +78,18 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             };
             self.updates += answer.updates;
             // What was learned last leaves all nodes as they are: the forces that were tried are the answer.
-            if small && answer.holds && starts.first() == Some(&answer.states) {
-                return Ok(Ended::Outcome(self.outcome(Reason::Converged)));
+            if small && answer.holds && answer.settled && starts.first() == Some(&answer.states) {
+                let reason = if self.any_touch() { Reason::Converged } else { Reason::Open };
+                return Ok(Ended::Outcome(self.outcome(reason)));
             }
             self.take(&dense, &answer);
             if !answer.holds {
                 return Ok(Ended::Driven(self.drift(&answer.forces.drift)));
             }
-            starts = vec![answer.states.clone()];
+            if answer.settled {
+                starts = vec![answer.states.clone()];
+            }
+            let settled = answer.settled;
             // What the bodies really answer; what the dense problem takes it for.
             let [own, other] = self.coupling.force_step(&self.force)?;
             self.gap = (0..self.coupling.n).map(|j| self.g_free[j] + own[j] + other[j]).collect();
@@ -113,7 +117,8 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 (best, waited) = (self.residual, 0);
             }
             let patience = if dense.learned.is_some() { LEARNS } else { 0 };
-            if kept.as_ref().is_none_or(|kept| self.residual < kept.0) {
+            small &= settled;
+            if kept.as_ref().is_none_or(|kept| self.residual < kept.0 && settled) {
                 kept = Some((self.residual, answer, self.gap.clone()));
             }
             if let (true, Some((residual, answer, gap))) = (waited > patience, &kept) {
@@ -121,6 +126,9 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
                 self.take(&dense, answer);
                 (self.residual, self.gap) = (*residual, gap.clone());
                 self.round_off = Some(self.residual);
+                if !answer.settled {
+                    return Ok(Ended::Outcome(self.outcome(Reason::NoState)));
+                }
                 let good = self.residual <= larger(self.limits.tolerance, WORTHLESS);
                 let reason = if good { Reason::Converged } else { Reason::Stalled };
                 return Ok(Ended::Outcome(self.outcome(reason)));
@@ -309,14 +317,24 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let place = Layout { coupling: self.coupling, first: &dense.first };
         let gap: Vec<f64> = std::iter::zip(place.gather(gap), &dense.scale).map(|(g, s)| g / s).collect();
         let given = Given { gap: &gap, work: &self.coarse.work };
-        let found = if place.solves() { dense.problem.solve(&given, starts) } else { Ok(None) };
-        let found = exchange.agree(found)?;
+        let look = || -> Result<Option<Answer>> {
+            let found = dense.problem.solve(&given, starts)?;
+            let (None, Some(_), Some(states)) = (&found, &dense.learned, starts.last()) else {
+                return Ok(found);
+            };
+            // That a model has no state tells nothing of the bodies: what it has with these states teaches it.
+            let tried = dense.problem.on_states(states, &given)?;
+            let as_tried =
+                |forces| Answer { forces, states: states.clone(), updates: 0, holds: true, settled: false };
+            Ok(tried.map(as_tried))
+        };
+        let found = exchange.agree(if place.solves() { look() } else { Ok(None) })?;
         let (n, m, nodes) = (gap.len(), self.coarse.n, dense.problem.nodes.len());
         let mut message = vec![0.0; n + 2 * m + nodes + 3];
-        if let Some(Answer { forces, states, updates, holds }) = found {
+        if let Some(Answer { forces, states, updates, holds, settled }) = found {
             let unscaled = std::iter::zip(&forces.x, &dense.scale).map(|(x, s)| x / s);
             let states = states.iter().map(|state| state.code());
-            let rest = [1.0, updates as f64, f64::from(u8::from(holds))];
+            let rest = [if settled { 1.0 } else { 2.0 }, updates as f64, f64::from(u8::from(holds))];
             let motions = forces.alpha.iter().chain(&forces.drift).copied();
             let all = unscaled.chain(motions).chain(states).chain(rest);
             std::iter::zip(&mut message, all).for_each(|(m, v)| *m = v);
@@ -326,11 +344,12 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         let (alpha, rest) = rest.split_at(m);
         let (drift, rest) = rest.split_at(m);
         let (codes, rest) = rest.split_at(nodes);
-        Ok((rest[0] == 1.0).then(|| Answer {
+        Ok((rest[0] > 0.0).then(|| Answer {
             forces: Forces { x: x.to_vec(), alpha: alpha.to_vec(), drift: drift.to_vec() },
             states: codes.iter().map(|code| Touch::of_code(*code)).collect(),
             updates: rest[1] as usize,
             holds: rest[2] == 1.0,
+            settled: rest[0] == 1.0,
         }))
     }
 

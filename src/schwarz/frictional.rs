@@ -35,9 +35,12 @@ const REFINEMENTS: usize = 8;
 /// approach of the pair.
 const NONE: f64 = 1e-12;
 
+/// Forces and elastic approach of a pair below this share of the largest of all pairs are measured by that.
+const BESIDE: f64 = 0.1;
+
 /// Newton updates before another start, or another method, is tried: three to fifteen are usual, and a coefficient of 10 on a fine
 /// mesh takes some forty.
-const UPDATES: usize = 60;
+const UPDATES: usize = 120;
 
 /// What the loads do on free motions and forces do not take up, relative to all they do: more is no equilibrium.
 const UNBALANCED: f64 = 1e-9;
@@ -164,6 +167,8 @@ pub(super) struct Answer {
     pub updates: usize,
     /// False if the forces are not in equilibrium with the loads: the motion that `forces` has goes on for ever.
     pub holds: bool,
+    /// False if the states need not be those of a solution.
+    pub settled: bool,
 }
 
 /// The stiffened system of one set of states, factorised: rows `rows` and the equilibrium of the modes.
@@ -177,13 +182,19 @@ pub(super) struct System {
 }
 
 impl Frictional {
-    /// Forces, motions and states from the states `starts`, one after the other until one leads to an answer, then by
-    /// lifting; `None` if there is none.
+    /// Forces, motions and states from the states `starts`, one after the other until one leads to an answer, then from where the
+    /// last of them would slip to without friction, then by lifting; `None` if there is none.
     pub fn solve(&self, given: &Given, starts: &[Vec<Touch>]) -> Result<Option<Answer>> {
         let mut updates = 0;
         let mut loose = None;
-        for start in starts {
-            match self.from(start.clone(), given, &mut updates)? {
+        for k in 0..=starts.len() {
+            let start = match (starts.get(k), starts.last()) {
+                (Some(start), _) => Some(start.clone()),
+                (None, Some(last)) => self.slid(last, given)?,
+                (None, None) => None,
+            };
+            let Some(start) = start else { continue };
+            match self.from(start, given, &mut updates)? {
                 Some(answer) if answer.holds => return Ok(Some(answer)),
                 Some(answer) => loose = loose.or(Some(answer)),
                 None => {}
@@ -201,6 +212,27 @@ impl Frictional {
         Ok(loose)
     }
 
+    /// All nodes that touch slip the way in which they would without friction; `None` if that is not known.
+    fn slid(&self, states: &[Touch], given: &Given) -> Result<Option<Vec<Touch>>> {
+        let mut smooth = self.clone();
+        let touches: Vec<bool> = states.iter().map(|state| *state != Touch::Open).collect();
+        let mut slid = states.to_vec();
+        for ((node, state), touches) in smooth.nodes.iter_mut().zip(&mut slid).zip(touches) {
+            if touches && node.free().is_some() && node.friction.is_finite() {
+                (node.friction, node.shear, *state) = (0.0, 0.0, Touch::Forwards);
+            }
+        }
+        let Some(forces) = smooth.on_states(&slid, given)? else { return Ok(None) };
+        let gaps = self.gaps(&forces, given.gap)?;
+        for (node, state) in self.nodes.iter().zip(&mut slid).filter(|(_, state)| **state == Touch::Forwards)
+        {
+            if node.tangential.is_some_and(|t| gaps[t] > 0.0) {
+                *state = Touch::Backwards;
+            }
+        }
+        Ok(Some(slid))
+    }
+
     /// Newton's iteration from `states`. Should it return to states that it has had: `None` if its forces balance, else what did
     /// not hold the bodies.
     fn from(&self, mut states: Vec<Touch>, given: &Given, updates: &mut usize) -> Result<Option<Answer>> {
@@ -211,9 +243,9 @@ impl Frictional {
             let next = self.next_states(&states, &forces, given)?;
             if next == states {
                 let holds = self.is_balanced(&forces, given);
-                return Ok(Some(Answer { forces, states, updates: *updates, holds }));
+                return Ok(Some(Answer { forces, states, updates: *updates, holds, settled: true }));
             }
-            last = Some(Answer { forces, states, updates: *updates, holds: false });
+            last = Some(Answer { forces, states, updates: *updates, holds: false, settled: true });
             states = next;
             *updates += 1;
         }
@@ -349,7 +381,9 @@ impl Frictional {
         for pair in &self.pairs {
             let nodes = &self.nodes[pair.clone()];
             let rows = || nodes.iter().flat_map(|n| std::iter::once(n.normal).chain(n.tangential));
-            let [force, approach] = [&forces.x, &elastic].map(|v| largest(rows().map(|j| &v[j])));
+            // Of pairs that carry next to nothing round-off is that of the others.
+            let [force, approach] =
+                [&forces.x, &elastic].map(|v| larger(largest(rows().map(|j| &v[j])), BESIDE * largest(v)));
             let rigid =
                 |j: usize| std::iter::zip(&forces.alpha, &self.modes).map(move |(a, mode)| a * mode[j]);
             // The gap of a row, and what of it is round-off.

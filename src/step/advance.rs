@@ -134,6 +134,8 @@ impl Engine {
             let kind = match case.bodies[b].response {
                 // It asks for displacements at the active rows alone, and for exact answers.
                 _ if is_relaxed => ResponseKind::Condensed,
+                // Its compliance is needed as a matrix, and a model of it takes more alternations.
+                ResponseCase::Automatic if case.has_friction() => ResponseKind::Condensed,
                 ResponseCase::Automatic => ResponseKind::Automatic,
                 ResponseCase::Condensed => ResponseKind::Condensed,
                 ResponseCase::Solver => ResponseKind::Solver,

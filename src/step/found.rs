@@ -187,8 +187,7 @@ impl EndFound {
         data: &Pair,
         force: &[f64],
         [gaps, elastic]: [&[f64]; 2],
-        states: &[NodeState],
-        works: Works,
+        (states, works): (&[NodeState], Works),
         thickness: f64,
     ) -> EndFound {
         let mut table = SideTable { multipliers: true, ..empty_table(surface) };

@@ -139,12 +139,11 @@ impl Contacts {
             let touch = driver.touch(range.clone());
             let unmatched = pair.watched.iter().flatten().filter(|j| touch[**j] != Touch::Open).count();
             let of_range = [&gaps[range.clone()], &elastic[range]];
-            let states = &states[i];
-            let found_end =
-                EndFound::of_multipliers(surface, side, pair, values, of_range, states, works[i], thickness);
+            let left = (&states[i][..], works[i]);
+            let found_end = EndFound::of_multipliers(surface, side, pair, values, of_range, left, thickness);
             found.ends.push(EndFound { unmatched, ..found_end });
             let dissipated = works[i].dissipated;
-            solution.pairs.push(PairState { pair: end.pair, side, nodes: states.clone(), dissipated });
+            solution.pairs.push(PairState { pair: end.pair, side, nodes: states[i].clone(), dissipated });
         }
         (found, solution)
     }

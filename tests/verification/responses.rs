@@ -134,3 +134,53 @@ fn pointwise_transfer_on_matching_meshes() {
         near(p, q, 1e-3 * p, path);
     }
 }
+
+/// With friction the contact problem is settled on a compliance that learns from the alternations: the same tractions and work, in few of
+/// them, whichever body answers by its solver, by multigrid as well, on any number of ranks.
+#[test]
+fn friction_is_the_same_however_bodies_answer() {
+    let text = super::friction::discs(0.3, 8.0, super::friction::A_OVER_B, &[0.0, 0.5, -0.3]);
+    let of = |upper: &str, lower: &str| {
+        text.replacen("name = \"upper\"\n", &format!("name = \"upper\"\n{upper}\n"), 1).replacen(
+            "name = \"lower\"\n",
+            &format!("name = \"lower\"\n{lower}\n"),
+            1,
+        )
+    };
+    let (condensed, exact) = solve_all(&of(CONDENSED, CONDENSED), 2, &[]);
+    let lost = condensed["energy"]["dissipated"].as_f64().expect("a number");
+    let exact = &multipliers(&exact, 0).tangential.as_ref().expect("tractions").traction;
+    let most = exact.iter().fold(0.0, |most, q| larger(most, q.abs()));
+    for (answers, ranks) in
+        [([SOLVER, SOLVER], 1), ([SOLVER, SOLVER], 4), ([CONDENSED, SOLVER], 2), ([MULTIGRID, SOLVER], 2)]
+    {
+        let (summary, results) = solve_all(&of(answers[0], answers[1]), ranks, &[]);
+        for step in summary["steps"].as_array().expect("steps") {
+            // Without friction conjugate gradients take 30 and more.
+            assert!(step["alternations"].as_u64().expect("a number") <= 18, "{}", step["alternations"]);
+        }
+        assert!(summary["bodies"][1]["response"] == "solver");
+        near(
+            summary["energy"]["dissipated"].as_f64().expect("a number"),
+            lost,
+            1e-7 * lost,
+            "work of friction",
+        );
+        let found = &multipliers(&results, 0).tangential.as_ref().expect("tractions").traction;
+        for (q, exact) in std::iter::zip(found, exact) {
+            near(*q, *exact, 1e-7 * most, "traction");
+        }
+    }
+    // A punch with sharp corners, whose compliance is not that of a half-plane; held by supports in part.
+    let punch = std::fs::read_to_string("cases/hard/wedge/case.toml").expect("the case reads");
+    let punch = punch
+        .split("[[variant]]")
+        .next()
+        .expect("a case")
+        .replace("[[contact]]", "[[contact]]\nfriction = 0.3");
+    let works = [CONDENSED, SOLVER].map(|answer| {
+        let text = punch.replace("[[body]]", &format!("[[body]]\n{answer}"));
+        solve_all(&text, 2, &[]).0["energy"]["dissipated"].as_f64().expect("a number")
+    });
+    near(works[1], works[0], 1e-6 * works[0], "work of friction");
+}

@@ -84,6 +84,21 @@ pub fn invariants(summary: &Value, round_off: f64) -> Vec<Ratio> {
     ratios
 }
 
+/// What friction must keep, where there is any: its cone, the sense of the slip, the balance of energies, no work given back.
+pub fn friction(summary: &Value) -> Vec<Ratio> {
+    let mut ratios = Vec::new();
+    for friction in items(summary, "pairs").iter().filter_map(|pair| pair.get("friction")) {
+        let of = |key: &str| number(friction, key).unwrap_or(f64::NAN);
+        ratios.push(Ratio::new("cone", of("beyond_bound"), 1e-10));
+        ratios.push(Ratio::new("sense of slip", of("wrong_slip"), 1e-8));
+        ratios.push(Ratio::new("work of friction", -of("dissipated"), f64::MIN_POSITIVE));
+    }
+    let steps = items(summary, "steps").iter().chain(std::iter::once(summary));
+    let imbalances = steps.filter_map(|step| number(step.get("energy")?, "imbalance"));
+    ratios.extend(imbalances.map(|imbalance| Ratio::new("energy", imbalance, 1e-6)));
+    ratios
+}
+
 /// The numbers that are not as expected.
 pub fn values(summary: &Value, numbers: &[Number]) -> Vec<String> {
     let fault = |n: &Number| {

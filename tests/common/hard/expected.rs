@@ -29,6 +29,9 @@ pub struct Run {
     pub message: Vec<String>,
     /// What is other with `geometry = "updated"`.
     pub updated: Option<Updated>,
+    /// What is other with friction in all pairs.
+    #[serde(default)]
+    pub friction: Vec<WithFriction>,
     /// Most alternations allowed in a load step, on every number of ranks.
     #[serde(default = "alternations")]
     pub alternations_max: u64,
@@ -86,6 +89,21 @@ pub struct Updated {
     /// In place of the run's.
     pub outcome: Option<String>,
     /// Exit code of a refusal.
+    pub exit: Option<i32>,
+}
+
+/// How the run with friction in all pairs differs.
+#[derive(Deserialize, Clone)]
+#[serde(deny_unknown_fields)]
+pub struct WithFriction {
+    /// Why.
+    #[allow(dead_code)]
+    pub because: String,
+    /// With these coefficients.
+    pub coefficients: Vec<f64>,
+    /// In place of the run's.
+    pub outcome: String,
+    /// Exit code.
     pub exit: Option<i32>,
 }
 

@@ -118,6 +118,82 @@ pub fn updated(items: Vec<Item>) -> Vec<Item> {
     items.into_iter().filter_map(of).collect()
 }
 
+/// Coefficients that all hard cases are tried with.
+pub const COEFFICIENTS: [f64; 4] = [1e-3, 0.1, 0.3, 1.0];
+
+/// Most alternations with friction over those without it, of a case, and the median over all.
+const DEARER: [f64; 2] = [2.0, 1.3];
+
+/// The items with a coefficient of friction in all pairs, on one rank and, with 0.3, on two; those without a pair have none. What the numbers
+/// are is not known then, that they are a state of equilibrium within the laws is.
+pub fn with_friction(items: Vec<Item>, friction: f64) -> Vec<Item> {
+    let of = |mut item: Item| {
+        let case = kontakt::case::read(&item.directory, item.run.variant.as_deref(), &[]).ok()?;
+        let smooth = |c: &kontakt::case::ContactCase| !c.law.is_frictional();
+        if case.contacts.is_empty() || !case.contacts.iter().all(smooth) {
+            return None;
+        }
+        let set = |c: &kontakt::case::ContactCase| format!("contact.{}.friction={friction}", c.name);
+        item.sets = case.contacts.iter().map(set).collect();
+        item.name += &format!(" (mu {friction})");
+        item.swap = None;
+        let run = &mut item.run;
+        if let Some(other) = run.friction.iter().find(|other| other.coefficients.contains(&friction)).cloned()
+        {
+            (run.outcome, run.exit) = (other.outcome, other.exit);
+        }
+        run.ranks = if friction == 0.3 { vec![1, 2] } else { vec![1] };
+        (run.free_modes, run.free_modes_min) = (None, None);
+        run.message.clear();
+        run.mode.clear();
+        run.values.clear();
+        run.profile.clear();
+        run.slope.clear();
+        run.same.clear();
+        Some(item)
+    };
+    items.into_iter().filter_map(of).collect()
+}
+
+/// The items as they are, on one rank alone.
+pub fn on_one_rank(mut items: Vec<Item>) -> Vec<Item> {
+    for item in &mut items {
+        item.run.ranks = vec![1];
+        item.run.same.clear();
+        item.swap = None;
+    }
+    items
+}
+
+/// Alternations of `rows` with a coefficient over those without: the median and the largest, and what is wrong with that, a line
+/// each.
+pub fn dearer(smooth: &[Row], rows: &[Row]) -> ([f64; 2], Vec<String>) {
+    let name = |row: &Row| row.case.split(" (mu").next().unwrap_or_default().to_owned();
+    let mut faults = Vec::new();
+    let mut ratios: Vec<f64> = rows
+        .iter()
+        .filter(|row| row.outcome == "converged")
+        .filter_map(|row| {
+            let before =
+                smooth.iter().find(|smooth| smooth.case == name(row) && smooth.outcome == "converged")?;
+            let ratio = row.alternations as f64 / larger(before.alternations as f64, 1.0);
+            if ratio > DEARER[0] {
+                faults.push(format!(
+                    "{}: {} alternations, without friction {}",
+                    row.case, row.alternations, before.alternations
+                ));
+            }
+            Some(ratio)
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    let median = ratios.get(ratios.len() / 2).copied().unwrap_or(0.0);
+    if median > DEARER[1] {
+        faults.push(format!("the median is {median:.2}"));
+    }
+    ([median, ratios.last().copied().unwrap_or(0.0)], faults)
+}
+
 /// Every variant has an expectation and every expectation a variant; a fault a line.
 pub fn unmatched() -> Vec<String> {
     let mut faults = Vec::new();
@@ -188,6 +264,7 @@ pub fn check(item: &Item, ranks: Option<&[usize]>) -> Row {
         let mut faults = outcome_faults(&found, run);
         if faults.is_empty() && found.code == Some(0) {
             ratios.extend(compare::invariants(&found.summary, run.round_off));
+            ratios.extend(compare::friction(&found.summary));
             faults.extend(too_many_alternations(&found, run));
             match &first {
                 None => faults.extend(numbers(&found, item, &mut ratios)),
