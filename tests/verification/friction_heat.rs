@@ -70,6 +70,7 @@ fn is_at(results: &Results, bound: impl Fn(f64, f64) -> f64, allowed: f64, what:
     let table: &SideTable = multipliers(results, 0);
     let along = &table.tangential.as_ref().expect("a law").traction;
     let size = worst(along.iter().map(|q| q.abs()));
+    assert!(results.pairs[0].varies, "{what}");
     assert!(table.status.iter().all(|status| *status == SLIPS), "{what}: {:?}", table.status);
     for ((x, p), q) in std::iter::zip(&table.x, &table.pressure).zip(along) {
         near(q.abs(), bound(x[0], *p), allowed * size, &format!("{what}, x = {}", x[0]));
