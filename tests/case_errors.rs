@@ -419,18 +419,6 @@ fn friction_over_temperature_needs_one() {
 }
 
 #[test]
-fn friction_of_a_body_that_answers_by_its_solver() {
-    let with = |sets: &[&str]| read_text(GOOD, None, sets);
-    assert!(with(&["contact.main.friction=0.1"]).is_ok());
-    assert!(with(&["body.upper.response=\"solver\""]).is_ok());
-    let error = with(&["contact.main.friction=0.1", "body.upper.response=\"solver\""]).unwrap_err();
-    assert!(
-        error.contains("'solver' was given; contact 'main' has friction") && error.lines().count() == 1,
-        "{error}"
-    );
-}
-
-#[test]
 fn drivers() {
     let contact = "[[contact]]\nname = \"main\"\n";
     let with = |alternation: &str, own: &str| format!("[alternation]\n{alternation}\n{contact}{own}\n");
