@@ -118,7 +118,10 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
             }
             let patience = if dense.learned.is_some() { LEARNS } else { 0 };
             small &= settled;
-            if kept.as_ref().is_none_or(|kept| self.residual < kept.0 && settled) {
+            let is_better = |(least, best, _): &(f64, Answer, Vec<f64>)| {
+                settled && (!best.settled || self.residual < *least)
+            };
+            if kept.as_ref().is_none_or(is_better) {
                 kept = Some((self.residual, answer, self.gap.clone()));
             }
             if let (true, Some((residual, answer, gap))) = (waited > patience, &kept) {
