@@ -35,8 +35,8 @@ const REFINEMENTS: usize = 8;
 /// approach of the pair.
 const NONE: f64 = 1e-12;
 
-/// Forces and elastic approach of a pair below this share of the largest of all pairs are measured by that.
-const BESIDE: f64 = 0.1;
+/// Least compliance, relative to the mean, that tells by the round-off of a row's gap what of its force is round-off.
+const LEAST_COMPLIANCE: f64 = 1e-2;
 
 /// Newton updates before another start, or another method, is tried: three to fifteen are usual, and a coefficient of 10 on a fine
 /// mesh takes some forty.
@@ -381,38 +381,48 @@ impl Frictional {
         for pair in &self.pairs {
             let nodes = &self.nodes[pair.clone()];
             let rows = || nodes.iter().flat_map(|n| std::iter::once(n.normal).chain(n.tangential));
-            // Of pairs that carry next to nothing round-off is that of the others.
-            let [force, approach] =
-                [&forces.x, &elastic].map(|v| larger(largest(rows().map(|j| &v[j])), BESIDE * largest(v)));
+            let [force, approach] = [&forces.x, &elastic].map(|v| largest(rows().map(|j| &v[j])));
             let rigid =
                 |j: usize| std::iter::zip(&forces.alpha, &self.modes).map(move |(a, mode)| a * mode[j]);
-            // The gap of a row, and what of it is round-off.
+            // The gap of a row, and what of it is round-off: of a pair that carries next to nothing that of what the forces of the
+            // others do there.
             let at = |j: usize| {
                 let y = elastic[j] + given.gap[j] - rigid(j).sum::<f64>();
-                let parts = given.gap[j].abs() + rigid(j).map(f64::abs).sum::<f64>();
-                (y, NONE * approach + SUM * parts)
+                let pushed = std::iter::zip(self.a.column(j), &forces.x).map(|(a, x)| (a * x).abs());
+                let parts = given.gap[j].abs() + rigid(j).map(f64::abs).sum::<f64>() + pushed.sum::<f64>();
+                (y, SUM * parts)
+            };
+            let no_gap = |round_off: f64| NONE * approach + round_off;
+            let no_force = |j: usize, round_off: f64| {
+                NONE * force + round_off / larger(self.a.at(j, j), LEAST_COMPLIANCE)
             };
             for j in pair.clone() {
                 let node = &self.nodes[j];
                 let r = forces.x[node.normal];
                 next[j] = match states[j] {
                     Touch::Open => {
-                        let (y, none) = at(node.normal);
-                        if y < -none {
+                        let (y, round_off) = at(node.normal);
+                        if y < -no_gap(round_off) {
                             closing(node, -y, node.tangential.map(|t| at(t).0))
                         } else {
                             Touch::Open
                         }
                     }
-                    _ if r < -NONE * force && !node.bonded => Touch::Open,
+                    _ if !node.bonded && r < -no_force(node.normal, at(node.normal).1) => Touch::Open,
                     state => {
                         let Some(t) = node.tangential else { continue };
-                        let (y, none) = at(t);
+                        let (y, round_off) = at(t);
                         if node.held {
                             next[j] = prescribed(node, y, PRESCRIBED * approach);
                             continue;
                         }
-                        self.tangential(state, node, [r, forces.x[t]], y, [NONE * force, none])
+                        self.tangential(
+                            state,
+                            node,
+                            [r, forces.x[t]],
+                            y,
+                            [no_force(t, round_off), no_gap(round_off)],
+                        )
                     }
                 };
             }

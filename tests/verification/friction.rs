@@ -532,3 +532,35 @@ fn ranks_agree_on_partial_slip() {
         assert!(std::iter::zip(&q, &p).all(|(a, b)| (a - b).abs() < 1e-8 * size), "{ranks} ranks");
     }
 }
+
+/// Two blocks on one floor, one pressed and pushed a hundred thousand million times less than the other: each has the friction that it has
+/// alone, for neither knows of the other.
+#[test]
+fn a_pair_that_carries_next_to_nothing_keeps_its_law() {
+    let scaled = |factor: f64| {
+        let text = block(0.0, factor * 0.99 * 3.6e3, "friction = 0.3");
+        text.replace(
+            &format!("pressure = {}", 12e3 / 0.06),
+            &format!("pressure = {:e}", factor * 12e3 / 0.06),
+        )
+    };
+    let (large, small) = (scaled(1.0), scaled(1e-11));
+    let body = small.find("[[body]]").expect("a body");
+    let floor = small.find("[[body]]\nname = \"floor\"").expect("a floor");
+    let contact = small.find("[[contact]]").expect("a pair");
+    let second = format!("{}{}", &small[body..floor], &small[contact..]);
+    let second = second.replace("\"block", "\"light").replace("\"pair\"", "\"light\"");
+    let both = solve(&format!("{large}{second}"));
+    let alone = solve(&large);
+    let of = |summary: &Value, pair: usize, key: &str| {
+        summary["pairs"][pair]["friction"][key].as_f64().expect("a number")
+    };
+    for (pair, factor) in [(0, 1.0), (1, 1e-11)] {
+        for (key, power) in
+            [("sticking", 0), ("slipping", 0), ("force", 1), ("max_slip", 1), ("dissipated", 2)]
+        {
+            let expected = of(&alone, 0, key) * f64::powi(factor, power);
+            near(of(&both, pair, key), expected, 1e-8 * expected.abs(), key);
+        }
+    }
+}
