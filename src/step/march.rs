@@ -4,7 +4,7 @@ use super::{
     found::Found,
     state::State,
     task::{Scene, Target},
-    way::{DEPENDS, LEAST_SLIDING, Pace, Way, depends_on_way, difference, pace_by, turnover},
+    way::{Change, DEPENDS, LEAST_SLIDING, Pace, Way, change, depends_on_way, pace_by, turnover},
 };
 use crate::{
     body::LoadFactors,
@@ -74,13 +74,15 @@ pub(crate) fn march<'p>(
                     if let Some(before) = before.take() {
                         advanced.found.prepend(before);
                     }
-                    let depends = match case.has_friction() && advanced.found.reason.converged() {
+                    let divides = match case.has_friction() && advanced.found.reason.converged() {
                         true => {
                             let middle = way.at(pace.middle(reached));
-                            reached * divided(engine, scene, &state, &middle, target, &advanced.state)?
+                            divided(engine, scene, &state, &middle, target, &advanced.state)?
+                                .of_share(reached)
                         }
-                        false => 0.0,
+                        false => Change::default(),
                     };
+                    let depends = divides.depends();
                     let changed = match pace.is_automatic() {
                         true => pace_by(turnover(&state.pairs, &advanced.state.pairs, world), depends),
                         false => 0.0,
@@ -92,11 +94,12 @@ pub(crate) fn march<'p>(
                     }
                     if depends > DEPENDS {
                         advanced.found.warnings.push(format!(
-                            "load step {}: dividing an increment in two changes the tangential forces by {:.1} %, or the work of \
-                             friction by ten times that, for normal and tangential loads change together while surfaces slip: use more \
-                             increments (steps), or steps = \"auto\"",
+                            "load step {}: dividing an increment in two changes the tangential forces by {:.1} % and the work of \
+                             friction by {:.1} %, for normal and tangential loads change together while surfaces slip, or surfaces \
+                             close: use more increments (steps), or steps = \"auto\"",
                             i + 1,
-                            100.0 * depends
+                            100.0 * divides.forces,
+                            100.0 * divides.work
                         ));
                     }
                     let name = step.name.as_deref().filter(|_| ends_step);
@@ -131,8 +134,7 @@ pub(crate) fn march<'p>(
     Ok(End::Arrived)
 }
 
-/// By how much the tangential forces change, relative to themselves, if an increment is divided in two: nought where nothing slips, or
-/// where the halves tell nothing. The end of a step in which normal and tangential loads change together depends on the way.
+/// What changes if an increment is divided in two: nothing where nothing slips, or where the halves tell nothing. The end of a step in which normal and tangential loads change together depends on the way.
 /// Collective.
 fn divided(
     engine: &mut Engine,
@@ -141,10 +143,10 @@ fn divided(
     middle: &LoadFactors,
     target: Target,
     whole: &State,
-) -> Result<f64> {
+) -> Result<Change> {
     let world = &scene.plan.groups.world;
     if !depends_on_way(&from.pairs, &whole.pairs, world) {
-        return Ok(0.0);
+        return Ok(Change::default());
     }
     let mut to = |state: &State, factors: &LoadFactors| -> Result<Option<State>> {
         let target = Target { factors, is_end: false, ..target };
@@ -158,5 +160,5 @@ fn divided(
     let end = half.map_or(Ok(None), |half| to(&half, target.factors))?;
     // What is measured next is the increment itself.
     engine.load(scene.plan, target)?;
-    Ok(end.map_or(0.0, |end| difference(&from.pairs, [&whole.pairs, &end.pairs], world)))
+    Ok(end.map_or(Change::default(), |end| change(&from.pairs, [&whole.pairs, &end.pairs], world)))
 }

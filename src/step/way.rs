@@ -203,10 +203,30 @@ fn varied(before: Option<Coefficients>, now: Option<Coefficients>) -> f64 {
     pairs.map(change).fold(0.0, larger)
 }
 
-/// By how much two states `a` and `b` that come from `from` differ: the norm of the difference of their tangential forces over
-/// that of the first, or, if it is more, a tenth of the difference of the work of friction on the way over the smaller of both. What a node
-/// travels before it touches is no slip, but counts as such in the increment in which it does: that shows in the work. Collective.
-pub(super) fn difference(from: &[PairState], [a, b]: [&[PairState]; 2], world: &SimpleCommunicator) -> f64 {
+/// What dividing an increment changes, relative.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Change {
+    /// Norm of the difference of the tangential forces over that of the forces.
+    pub forces: f64,
+    /// Difference of the works of friction over the smaller of both. What a node travels before it touches is no slip, but counts as
+    /// such in the increment in which it does: that shows here.
+    pub work: f64,
+}
+
+impl Change {
+    /// The same of the share of a step that an increment is.
+    pub fn of_share(self, share: f64) -> Change {
+        Change { forces: share * self.forces, work: share * self.work }
+    }
+
+    /// Both as one number, to be compared with [`DEPENDS`].
+    pub fn depends(self) -> f64 {
+        larger(self.forces, WORK * self.work)
+    }
+}
+
+/// From the state `from` to `a` in one increment and to `b` in two. Collective.
+pub(super) fn change(from: &[PairState], [a, b]: [&[PairState]; 2], world: &SimpleCommunicator) -> Change {
     let other = State::nodes(b);
     let mut sums = [0.0; 4];
     for pair in a {
@@ -220,7 +240,7 @@ pub(super) fn difference(from: &[PairState], [a, b]: [&[PairState]; 2], world: &
     (sums[2], sums[3]) = (work(a) - work(from), work(b) - work(from));
     let sums = parallel::sum(world, &sums);
     let work = ratio((sums[2] - sums[3]).abs(), smaller(sums[2], sums[3]));
-    larger(ratio(sums[0], sums[1]).sqrt(), WORK * work)
+    Change { forces: ratio(sums[0], sums[1]).sqrt(), work }
 }
 
 #[cfg(test)]
