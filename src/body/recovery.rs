@@ -159,8 +159,12 @@ impl Body {
                 for (((s, e), g), t) in points.zip(&work.temperature) {
                     let v = g.area * self.model.thickness;
                     balance.noise += 1e-28 * modulus * v;
-                    balance.stored += v * self.model.law.energy(*s, *t);
-                    balance.work[0] += v * (s[0] * e[0] + s[1] * e[1] + s[3] * e[2]);
+                    let work = v * (s[0] * e[0] + s[1] * e[1] + s[3] * e[2]);
+                    balance.work[0] += work;
+                    balance.stored += match t {
+                        Some(_) => v * self.model.law.energy(*s, *t),
+                        None => 0.5 * work,
+                    };
                     // Where nothing moves the stored energy sets the scale.
                     balance.work[2] += v * (s[0] * s[0] + s[1] * s[1] + s[3] * s[3]) / modulus;
                 }
@@ -193,16 +197,25 @@ impl Body {
     pub fn held_by(&self, internal: &[f64], contact: &[f64]) -> Vec<f64> {
         let dim = self.part.dim;
         let mut held = self.loads.external_at(&self.loads.factors);
-        for (&i, support) in
-            self.model.constraints.0.iter().filter(|(i, _)| (**i as usize) < self.part.n_owned)
-        {
-            let i = i as usize;
-            let [internal, contact, applied] = [internal, contact, &held[..]].map(|f| vector(f, i, dim));
-            let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);
-            let residual = support.free_part(&unbalanced, dim);
-            (0..dim).for_each(|c| held[i * dim + c] += unbalanced[c] - residual[c]);
+        let supported = self.model.constraints.0.keys().map(|&i| i as usize);
+        for i in supported.filter(|&i| i < self.part.n_owned) {
+            let [_, reaction] = self.missing(i, [internal, &held, contact]);
+            (0..dim).for_each(|c| held[i * dim + c] += reaction[c]);
         }
         held
+    }
+
+    /// What is missing to equilibrium at an owned node: where it is free, and along its supports, N. Of all nodal forces those of the
+    /// stresses, applied and of contact.
+    fn missing(&self, i: usize, forces: [&[f64]; 3]) -> [[f64; 3]; 2] {
+        let dim = self.part.dim;
+        let [internal, applied, contact] = forces.map(|f| vector(f, i, dim));
+        let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);
+        let residual = match self.model.constraints.0.get(&(i as u32)) {
+            Some(support) => support.free_part(&unbalanced, dim),
+            None => unbalanced,
+        };
+        [residual, std::array::from_fn(|c| unbalanced[c] - residual[c])]
     }
 
     /// Law and geometry at the quadrature points of a cell, stress and strain there, and the strains in the plane, those of
@@ -293,15 +306,8 @@ impl Body {
         let external = self.loads.external_at(&self.loads.factors);
         for i in 0..part.n_owned {
             let (x, u) = (part.points[i], vector(u, i, dim));
-            let applied = vector(&external, i, dim);
-            let contact = vector(contact, i, dim);
-            let internal = vector(internal, i, dim);
-            let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);
-            let residual = match self.model.constraints.0.get(&(i as u32)) {
-                Some(support) => support.free_part(&unbalanced, dim),
-                None => unbalanced,
-            };
-            let reaction: [f64; 3] = std::array::from_fn(|c| unbalanced[c] - residual[c]);
+            let [residual, reaction] = self.missing(i, [internal, &external, contact]);
+            let [internal, applied, contact] = [internal, &external, contact].map(|f| vector(f, i, dim));
             balance.residual2[0] += dot(&residual, &residual);
             // Loads that cancel inside (initial strain, prescribed motion) still set the scale of round-off.
             let load = match self.model.constraints.0.get(&(i as u32)) {

@@ -69,8 +69,7 @@ impl Law {
 
     /// The most that |q| can be at a node in contact with the pressure `p`, Pa; `None`: any size.
     pub fn bound(self, p: f64) -> Option<f64> {
-        let bound = self.friction() * larger(p, 0.0) + self.shear();
-        self.friction().is_finite().then_some(bound)
+        self.friction().is_finite().then(|| largest_force(self.coefficients(), p, 1.0))
     }
 
     /// In a line of the log; `varies`: with the temperature.

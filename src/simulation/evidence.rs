@@ -115,11 +115,11 @@ impl Evidence<'_> {
             let beyond = larger(pair.max_penetration - found.gap_threshold, 0.0);
             hold(subject(), "the penetration, over the elastic approach,", ratio(beyond, norm));
         }
-        if let Some(energy) = self.energy.filter(|energy| energy.imbalance > larger(limit, ENERGY)) {
+        let limit = larger(limit, ENERGY);
+        if let Some(energy) = self.energy.filter(|energy| energy.imbalance > limit) {
+            let missing = energy.imbalance;
             lines.push(format!(
-                "the path: {:.1e} of the largest energy is missing to their balance, above {:.1e}",
-                energy.imbalance,
-                larger(limit, ENERGY)
+                "the path: {missing:.1e} of the largest energy is missing to their balance, above {limit:.1e}"
             ));
         }
         lines
@@ -136,6 +136,7 @@ impl Evidence<'_> {
             ("complementarity", c.complementarity),
             ("action and reaction", c.action_reaction),
             ("penetration", c.penetration),
+            ("energies", self.energy.map_or(0.0, |energy| energy.imbalance)),
         ];
         let of_pair = |p: &PairSummary| {
             let numbers = [

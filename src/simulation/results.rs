@@ -67,9 +67,8 @@ pub(super) struct Run {
     pub tolerance: f64,
     /// What acts after the last step that is kept.
     factors: LoadFactors,
-    /// Where surfaces rub: forces and displacements there, and the energies up to there.
+    /// Where surfaces rub: forces and displacements there.
     point: Option<energy::Point>,
-    energy: Energy,
     /// True if that is an increment on the way to the end of its step.
     unfinished: bool,
     /// Warnings of the steps before.
@@ -104,7 +103,6 @@ impl Run {
             tolerance: f64::INFINITY,
             factors: LoadFactors::FULL,
             point: None,
-            energy: Energy::default(),
             unfinished: false,
             warned: 0,
         }
@@ -185,7 +183,6 @@ impl Run {
         let Advanced { mut state, mut found, contact, influences } = advanced;
         let estimated = is_last || (ends_step && case.output.every_estimate);
         let step = load_step(case, name, &factors, increment);
-        let before = (self.point.as_ref(), self.energy);
         let measured = measure(
             case,
             plan,
@@ -196,7 +193,7 @@ impl Run {
             &influences,
             step,
             estimated,
-            before,
+            self.point.as_ref(),
         )?;
         let reason = found.reason;
         self.counts.add(&measured.counts);
@@ -216,7 +213,7 @@ impl Run {
         self.plausibility = plausible::worse(self.plausibility, measured.plausibility);
         self.factors = factors;
         if let (true, Some((point, energy))) = (reason.converged(), measured.energy) {
-            (self.point, self.energy, state.energy) = (Some(point), energy, energy);
+            (self.point, state.energy) = (Some(point), energy);
         }
         self.add_step(measured.summary);
         self.last = measured.last;
@@ -387,7 +384,7 @@ fn measure(
     influences: &[(Influence, Nodal)],
     step: LoadStep,
     estimated: bool,
-    before: (Option<&energy::Point>, Energy),
+    before: Option<&energy::Point>,
 ) -> Result<Measured> {
     let _stage = Stage::Recover.enter();
     let (world, groups) = (&plan.groups.world, &plan.groups);
@@ -456,6 +453,7 @@ fn measure(
         });
         let point = energy::Point::new(case, acting.collect(), found, &state.factors);
         let of_groups = if groups.is_root() { &balances[..] } else { &[] };
+        let before = (before, state.energy);
         let (energy, summary) = energy::balance(case, before, &point, of_groups, (found, &pairs), world);
         ((point, energy), summary)
     });

@@ -250,7 +250,7 @@ impl Engine {
         found.warnings = gather_lines(&plan.groups.world, &found.warnings);
         found.refuse_penetration(&plan.groups.world);
         self.clock.step += start.elapsed().as_secs_f64();
-        let state = self.state(plan, target, end.displacement, warm);
+        let state = self.state(plan, target, end.displacement, warm, from.energy);
         Ok(Advanced { state, found, contact: end.contact, influences })
     }
 
@@ -332,13 +332,14 @@ impl Engine {
         std::iter::zip(&self.bodies, owned).map(|(b, u)| b.at_nodes(group, u, &b.interface.nodes)).collect()
     }
 
-    /// This rank's share of the state at the end of a step.
+    /// This rank's share of the state at the end of a step; `energy`: that of the state before.
     fn state(
         &self,
         plan: &Plan,
         target: Target,
         displacement: Vec<Vec<f64>>,
         pairs: Vec<PairState>,
+        energy: Energy,
     ) -> State {
         let bodies = std::iter::zip(&self.bodies, displacement).zip(plan.groups.bodies());
         let bodies = bodies.map(|((body, displacement), &index)| BodyState {
@@ -346,7 +347,7 @@ impl Engine {
             nodes: body.part.original[..body.part.n_owned].to_vec(),
             displacement,
         });
-        State { factors: target.factors.clone(), bodies: bodies.collect(), pairs, energy: Energy::default() }
+        State { factors: target.factors.clone(), bodies: bodies.collect(), pairs, energy }
     }
 
     /// Penetration of the rows beyond the search distance, and whether the surfaces have turned too far for the normals

@@ -116,3 +116,32 @@ fn energies_balance_in_heat_and_in_the_papers_driver() {
         balances(&solve(&(text.replace("[alternation]", &relaxed) + steps)), 1e-6);
     }
 }
+
+/// A block of steel heated by 100 K between its clamped foot and a rigid ceiling, free to widen: E (alpha dT)^2 V / 2 is stored, by heat
+/// alone. The energies of the bodies are those of the estimate, which takes other points.
+#[test]
+fn heat_stores_what_a_held_block_would_lengthen() {
+    let text = "analysis = \"plane stress\"\nalternation.tolerance = 1e-10\n\
+        material.steel = { young = 2.1e11, poisson = 0.3, expansion = 12e-6, reference_temperature = 293 }\n\
+        [[body]]\nname = \"block\"\nmaterial = \"steel\"\ntemperature = 393\n\
+        mesh.rectangle = { x = { from = 0, to = 0.04, cells = 6 }, y = { from = 0, to = 0.02, cells = 4 } }\n\
+        support = [{ surface = \"bottom\", y = 0 }, { surface = \"left\", x = 0 }]\n\
+        [[body]]\nname = \"ceiling\"\nrigid = { plane = { through = [0, 0.02], normal = [0, -1] } }\n\
+        [[contact]]\nname = \"pair\"\nsurfaces = [\"block.top\", \"ceiling.surface\"]\nfriction = 1e-9\n\
+        [[step]]\ntemperature = 0.5\n[[step]]\n";
+    let summary = solve(text);
+    balances(&summary, 1e-9);
+    for (step, share) in [(0, 0.5_f64), (1, 1.0)] {
+        let stored = 2.1e11 * (12e-6 * 100.0 * share).powi(2) * 0.04 * 0.02 / 2.0;
+        let [external, heat, found, dissipated] = energies(&summary, step);
+        near(found, stored, 1e-6 * stored, "stored");
+        near(heat, stored, 1e-6 * stored, "heat");
+        assert!(external.abs() < 1e-6 * stored && dissipated < 1e-6 * stored, "{external:e} {dissipated:e}");
+    }
+    let of_body = summary["bodies"][0]["strain_energy"].as_f64().expect("a number");
+    near(energies(&summary, 1)[2], of_body, 1e-6 * of_body, "energy of the body");
+    let discs = solve(&discs(0.3, 8.0, A_OVER_B, &[0.0, 0.5]));
+    let of_bodies: f64 =
+        [0, 1].map(|b| discs["bodies"][b]["strain_energy"].as_f64().expect("a number")).iter().sum();
+    near(energies(&discs, 1)[2], of_bodies, 1e-9 * of_bodies, "energy of two bodies");
+}
