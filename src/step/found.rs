@@ -106,7 +106,8 @@ pub(crate) struct Rubbing {
 }
 
 impl Rubbing {
-    /// `states`: of the rows, then those of nodes that have none any more; `slips`: of this step by row; `dissipated`: work of friction so far, J; `thickness`, m.
+    /// `states`: of the rows, then those of nodes that have none any more; `slips`: of this step by row; `dissipated`: work of friction
+    /// so far, J; `thickness`, m.
     fn new(data: &Pair, states: &[NodeState], slips: &[f64], dissipated: f64, thickness: f64) -> Rubbing {
         let mut rubbing = Rubbing { dissipated, ..Rubbing::default() };
         for (j, (row, node)) in std::iter::zip(data.own_rows(), states).enumerate() {

@@ -171,15 +171,15 @@ fn friction_is_the_same_however_bodies_answer() {
             near(*q, *exact, 1e-7 * most, "traction");
         }
     }
-    // A punch with sharp corners, whose compliance is not that of a half-plane; held by supports in part.
-    let punch = std::fs::read_to_string("cases/hard/wedge/case.toml").expect("the case reads");
-    let punch = punch
+    // A wedge between two blocks, whose compliance is not that of a half-plane.
+    let wedge = std::fs::read_to_string("cases/hard/wedge/case.toml").expect("the case reads");
+    let wedge = wedge
         .split("[[variant]]")
         .next()
         .expect("a case")
         .replace("[[contact]]", "[[contact]]\nfriction = 0.3");
     let works = [CONDENSED, SOLVER].map(|answer| {
-        let text = punch.replace("[[body]]", &format!("[[body]]\n{answer}"));
+        let text = wedge.replace("[[body]]", &format!("[[body]]\n{answer}"));
         solve_all(&text, 2, &[]).0["energy"]["dissipated"].as_f64().expect("a number")
     });
     near(works[1], works[0], 1e-6 * works[0], "work of friction");

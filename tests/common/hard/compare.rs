@@ -91,7 +91,7 @@ pub fn friction(summary: &Value) -> Vec<Ratio> {
         let of = |key: &str| number(friction, key).unwrap_or(f64::NAN);
         ratios.push(Ratio::new("cone", of("beyond_bound"), 1e-10));
         ratios.push(Ratio::new("sense of slip", of("wrong_slip"), 1e-8));
-        ratios.push(Ratio::new("work of friction", -of("dissipated"), f64::MIN_POSITIVE));
+        ratios.push(Ratio::new("work of friction", larger(-of("dissipated"), 0.0), f64::MIN_POSITIVE));
     }
     let steps = items(summary, "steps").iter().chain(std::iter::once(summary));
     let imbalances = steps.filter_map(|step| number(step.get("energy")?, "imbalance"));
