@@ -11,18 +11,15 @@ mod programs;
 
 use common::{
     plot::{Curve, Panel},
-    process::{self, Spent},
     run::Run,
 };
 use kontakt::{Error, Result, case, output::Results};
 use plotters::chart::SeriesLabelPosition;
-use programs::{calculix, decks::Pair, getfem};
+use programs::{Comparison, Program, Row, calculix, compare, decks::Pair, getfem};
 use std::{path::Path, process::Command};
 
 /// About how many unknowns are wanted, and how often each program runs.
 const SIZES: [(f64, usize); 2] = [(40e3, 5), (160e3, 3)];
-/// Unknowns of the run that shows what a program spends before it has anything to do, and its repetitions.
-const EMPTY: (f64, usize) = (300.0, 9);
 
 /// Coefficient of friction, and the share of what it can carry that acts, as in the case.
 const FRICTION: f64 = 0.3;
@@ -30,16 +27,16 @@ const SHARE: f64 = 0.5;
 
 /// The programs, and kontakt where nothing holds the surfaces and nothing shears them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Program {
+enum Contender {
     Kontakt,
     Frictionless,
     GetFem,
     CalculiX,
 }
-use Program::*;
+use Contender::*;
 
-impl Program {
-    const ALL: [Program; 4] = [Kontakt, Frictionless, GetFem, CalculiX];
+impl Program for Contender {
+    const ALL: &'static [Contender] = &[Kontakt, Frictionless, GetFem, CalculiX];
 
     fn name(self) -> &'static str {
         match self {
@@ -50,7 +47,10 @@ impl Program {
         }
     }
 
-    /// Writes what the program reads, for about `dofs` unknowns.
+    fn scene(dofs: f64) -> Result<Pair> {
+        Pair::new(&case::read(&common::partial_slip(), None, &common::sizes(dofs))?)
+    }
+
     fn prepare(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<()> {
         match self {
             Kontakt | Frictionless => Ok(()),
@@ -73,7 +73,7 @@ impl Program {
         }
     }
 
-    /// Relative error of the tangential traction that a run has left; NaN without friction.
+    /// Of the tangential traction; NaN without friction.
     fn error(self, directory: &Path) -> Result<f64> {
         let found = match self {
             Kontakt => tractions(&Results::read_last(&directory.join("kontakt/result.vtkhdf"))?),
@@ -86,12 +86,15 @@ impl Program {
         Ok(distance(&found))
     }
 
-    /// One run: what it spent and its error.
-    fn run(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<(Spent, f64)> {
-        let log = directory.join(format!("{}.log", self.name()));
-        let mut command = self.command(pair, dofs, directory);
-        let spent = process::run(command.env("OMP_NUM_THREADS", "1"), &log)?;
-        Ok((spent, self.error(directory)?))
+    fn setting(self, dofs: f64, directory: &Path) -> String {
+        match self {
+            Kontakt | Frictionless => String::new(),
+            GetFem => format!("{} Newton steps", getfem::steps(directory)),
+            CalculiX => {
+                let [penalty, stick] = calculix::friction_penalties(dofs);
+                format!("penalty {penalty} E/h, stick {stick} E/h")
+            }
+        }
     }
 }
 
@@ -118,67 +121,18 @@ fn distance(found: &[(f64, f64)]) -> f64 {
     (error / within().map(|&(x, _)| exact(x).powi(2)).sum::<f64>()).sqrt()
 }
 
-/// A program at a size: the cheapest of its runs.
-struct Row {
-    program: Program,
-    dofs: usize,
-    /// Of the whole process.
-    spent: Spent,
-    /// CPU seconds less those of the empty run.
-    net: f64,
-    /// Relative, of the tangential traction.
-    error: f64,
-    setting: String,
-}
-
-/// Runs of all programs in turn, the cheapest of each.
-fn measure(dofs: f64, repetitions: usize, directory: &Path) -> Result<(usize, Vec<(Spent, f64)>)> {
-    let pair = Pair::new(&case::read(&common::partial_slip(), None, &common::sizes(dofs))?)?;
-    for program in Program::ALL {
-        program.prepare(&pair, dofs, directory)?;
-    }
-    let runs = process::cheapest(&Program::ALL, repetitions, |p| p.run(&pair, dofs, directory))?;
-    Ok((pair.dofs(), runs))
-}
-
 fn main() -> Result<()> {
     common::in_scratch("friction", all)
 }
 
 fn all(directory: &Path) -> Result<()> {
-    let (_, empty) = measure(EMPTY.0, EMPTY.1, directory)?;
-    let empty: Vec<Spent> = empty.into_iter().map(|(spent, _)| spent).collect();
-    let mut rows = Vec::new();
-    for (size, repetitions) in SIZES {
-        let (dofs, runs) = measure(size, repetitions, directory)?;
-        for ((program, empty), (spent, error)) in std::iter::zip(std::iter::zip(Program::ALL, &empty), runs) {
-            let setting = match program {
-                Kontakt | Frictionless => String::new(),
-                GetFem => format!("{} Newton steps", getfem::steps(directory)),
-                CalculiX => {
-                    let [penalty, stick] = calculix::friction_penalties(size);
-                    format!("penalty {penalty} E/h, stick {stick} E/h")
-                }
-            };
-            rows.push(Row { program, dofs, spent, net: spent.cpu - empty.cpu, error, setting });
-        }
-    }
-    common::write_page("friction.md", &page(&rows, &empty))?;
-    common::plot::draw("friction", &panels(&rows))?;
-    let json = rows.iter().map(|r| {
-        serde_json::json!({
-            "program": r.program.name(),
-            "dofs": r.dofs,
-            "cpu_seconds": r.net,
-            "startup_cpu_seconds": r.spent.cpu - r.net,
-            "peak_mb": r.spent.peak_mb,
-            "q_error": r.error.is_finite().then_some(r.error),
-        })
-    });
-    common::add_json("friction", json.collect())
+    let all = compare::<Contender>(&SIZES, directory)?;
+    common::write_page("friction.md", &page(&all))?;
+    common::plot::draw("friction", &panels(&all.rows))?;
+    common::add_json("friction", all.json("q_error"))
 }
 
-fn page(rows: &[Row], empty: &[Spent]) -> String {
+fn page(all: &Comparison<Contender>) -> String {
     let mut text = String::from(
         "# Friction against other open programs\n\n\
          Written by `scripts/bench --only friction`. Two half discs pressed together, then sheared by half of what friction can carry \
@@ -190,15 +144,13 @@ fn page(rows: &[Row], empty: &[Spent]) -> String {
          written; the programs take turns, the least of the repetitions counts. The start-up of each, measured on a mesh of a few \
          elements, is subtracted:\n",
     );
-    let starts = std::iter::zip(Program::ALL, empty).map(|(p, e)| format!("{} {:.2} s", p.name(), e.cpu));
-    text += &(starts.collect::<Vec<_>>().join(", ") + ".\n\n");
+    text += &(all.start_ups()
+        + "
+
+");
     text += "| dofs | program | setting | CPU s | times kontakt | peak memory, MB | error of q |\n\
              |---|---|---|---|---|---|---|\n";
-    for r in rows {
-        let own = rows
-            .iter()
-            .find(|k| k.program == Kontakt && k.dofs == r.dofs)
-            .expect("kontakt runs at every size");
+    for r in &all.rows {
         let error = if r.error.is_finite() { format!("{:.2} %", 100.0 * r.error) } else { String::new() };
         text += &format!(
             "| {} | {} | {} | {:.2} | {:.1} | {:.0} | {error} |\n",
@@ -206,7 +158,7 @@ fn page(rows: &[Row], empty: &[Spent]) -> String {
             r.program.name(),
             r.setting,
             r.net,
-            r.net / own.net,
+            all.times(r, Kontakt),
             r.spent.peak_mb,
         );
     }
@@ -219,8 +171,8 @@ fn page(rows: &[Row], empty: &[Spent]) -> String {
     text
 }
 
-fn panels(rows: &[Row]) -> [Panel; 2] {
-    let curve = |program: Program, point: fn(&Row) -> (f64, f64, String)| Curve {
+fn panels(rows: &[Row<Contender>]) -> [Panel; 2] {
+    let curve = |program: Contender, point: fn(&Row<Contender>) -> (f64, f64, String)| Curve {
         name: program.name().into(),
         points: rows.iter().filter(|r| r.program == program).map(point).collect(),
     };

@@ -11,30 +11,27 @@ mod programs;
 
 use common::{
     plot::{Curve, Panel},
-    process::{self, Spent},
     run::Run,
 };
 use kontakt::{Error, Result};
 use plotters::chart::SeriesLabelPosition;
-use programs::{calculix, decks::Pair, getfem};
+use programs::{Comparison, Program, Row, calculix, compare, decks::Pair, getfem};
 use std::{path::Path, process::Command};
 
 /// About how many unknowns are wanted, and how often each program runs.
 const SIZES: [(f64, usize); 4] = [(5e3, 5), (20e3, 5), (77e3, 3), (308e3, 2)];
-/// Unknowns of the run that shows what a program spends before it has anything to do, and its repetitions.
-const EMPTY: (f64, usize) = (300.0, 9);
 
 /// The programs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Program {
+enum Contender {
     Kontakt,
     GetFem,
     CalculiX,
 }
-use Program::*;
+use Contender::*;
 
-impl Program {
-    const ALL: [Program; 3] = [Kontakt, GetFem, CalculiX];
+impl Program for Contender {
+    const ALL: &'static [Contender] = &[Kontakt, GetFem, CalculiX];
 
     fn name(self) -> &'static str {
         match self {
@@ -44,7 +41,10 @@ impl Program {
         }
     }
 
-    /// Writes what the program reads, for about `dofs` unknowns.
+    fn scene(dofs: f64) -> Result<Pair> {
+        Pair::new(&common::sized_case(dofs, &[])?)
+    }
+
     fn prepare(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<()> {
         match self {
             Kontakt => Ok(()),
@@ -61,8 +61,8 @@ impl Program {
         }
     }
 
-    /// Peak pressure of a run, Pa.
-    fn peak(self, directory: &Path) -> Result<f64> {
+    /// Of the peak pressure.
+    fn error(self, directory: &Path) -> Result<f64> {
         let found = match self {
             Kontakt => {
                 let text =
@@ -73,40 +73,18 @@ impl Program {
             GetFem => getfem::peak(directory),
             CalculiX => calculix::peak(directory),
         };
-        found.ok_or_else(|| Error::internal(format!("{} has left no contact pressure", self.name())))
+        let peak =
+            found.ok_or_else(|| Error::internal(format!("{} has left no contact pressure", self.name())))?;
+        Ok(peak / common::PEAK - 1.0)
     }
 
-    /// One run: what it spent and its peak pressure.
-    fn run(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<(Spent, f64)> {
-        let log = directory.join(format!("{}.log", self.name()));
-        let mut command = self.command(pair, dofs, directory);
-        let spent = process::run(command.env("OMP_NUM_THREADS", "1"), &log)?;
-        Ok((spent, self.peak(directory)?))
+    fn setting(self, dofs: f64, directory: &Path) -> String {
+        match self {
+            Kontakt => String::new(),
+            GetFem => format!("{} Newton steps", getfem::steps(directory)),
+            CalculiX => format!("penalty {} E/h", calculix::penalty(dofs)),
+        }
     }
-}
-
-/// A program at a size: the cheapest of its runs.
-struct Row {
-    program: Program,
-    dofs: usize,
-    /// Of the whole process.
-    spent: Spent,
-    /// CPU seconds less those of the empty run.
-    net: f64,
-    /// Relative.
-    error: f64,
-    setting: String,
-}
-
-/// Runs of all programs in turn, the cheapest of each.
-fn measure(dofs: f64, repetitions: usize, directory: &Path) -> Result<(usize, Vec<(Spent, f64)>)> {
-    let pair = Pair::new(&common::sized_case(dofs, &[])?)?;
-    let count = pair.dofs();
-    for program in Program::ALL {
-        program.prepare(&pair, dofs, directory)?;
-    }
-    let runs = process::cheapest(&Program::ALL, repetitions, |p| p.run(&pair, dofs, directory))?;
-    Ok((count, runs))
 }
 
 fn main() -> Result<()> {
@@ -114,37 +92,13 @@ fn main() -> Result<()> {
 }
 
 fn all(directory: &Path) -> Result<()> {
-    let (_, empty) = measure(EMPTY.0, EMPTY.1, directory)?;
-    let empty: Vec<Spent> = empty.into_iter().map(|(spent, _)| spent).collect();
-    let mut rows = Vec::new();
-    for (size, repetitions) in SIZES {
-        let (dofs, runs) = measure(size, repetitions, directory)?;
-        for ((program, empty), (spent, peak)) in std::iter::zip(std::iter::zip(Program::ALL, &empty), runs) {
-            let setting = match program {
-                Kontakt => String::new(),
-                GetFem => format!("{} Newton steps", getfem::steps(directory)),
-                CalculiX => format!("penalty {} E/h", calculix::penalty(size)),
-            };
-            let error = peak / common::PEAK - 1.0;
-            rows.push(Row { program, dofs, spent, net: spent.cpu - empty.cpu, error, setting });
-        }
-    }
-    common::write_page("peers.md", &page(&rows, &empty))?;
-    common::plot::draw("peers", &panels(&rows))?;
-    let json = rows.iter().map(|r| {
-        serde_json::json!({
-            "program": r.program.name(),
-            "dofs": r.dofs,
-            "cpu_seconds": r.net,
-            "startup_cpu_seconds": r.spent.cpu - r.net,
-            "peak_mb": r.spent.peak_mb,
-            "peak_pressure_error": r.error,
-        })
-    });
-    common::add_json("peers", json.collect())
+    let all = compare::<Contender>(&SIZES, directory)?;
+    common::write_page("peers.md", &page(&all))?;
+    common::plot::draw("peers", &panels(&all.rows))?;
+    common::add_json("peers", all.json("peak_pressure_error"))
 }
 
-fn page(rows: &[Row], empty: &[Spent]) -> String {
+fn page(all: &Comparison<Contender>) -> String {
     let mut text = String::from(
         "# Against other open programs\n\n\
          Written by `scripts/bench --only peers`. Two half discs pressed together (cases/hertz-line): the same nodes and quad4 cells for \
@@ -155,22 +109,20 @@ fn page(rows: &[Row], empty: &[Spent]) -> String {
          few elements, is\n\
          subtracted: ",
     );
-    let starts = std::iter::zip(Program::ALL, empty).map(|(p, e)| format!("{} {:.2} s", p.name(), e.cpu));
-    text += &(starts.collect::<Vec<_>>().join(", ") + ".\n\n");
+    text += &(all.start_ups()
+        + "
+
+");
     text += "| dofs | program | setting | CPU s | times kontakt | peak memory, MB | error of peak pressure |\n\
              |---|---|---|---|---|---|---|\n";
-    for r in rows {
-        let own = rows
-            .iter()
-            .find(|k| k.program == Kontakt && k.dofs == r.dofs)
-            .expect("kontakt runs at every size");
+    for r in &all.rows {
         text += &format!(
             "| {} | {} | {} | {:.2} | {:.1} | {:.0} | {:+.3} % |\n",
             r.dofs,
             r.program.name(),
             r.setting,
             r.net,
-            r.net / own.net,
+            all.times(r, Kontakt),
             r.spent.peak_mb,
             100.0 * r.error
         );
@@ -184,13 +136,13 @@ fn page(rows: &[Row], empty: &[Spent]) -> String {
     text
 }
 
-fn panels(rows: &[Row]) -> [Panel; 2] {
-    let curves = |point: fn(&Row) -> (f64, f64, String)| {
-        let curve = |program: Program| Curve {
+fn panels(rows: &[Row<Contender>]) -> [Panel; 2] {
+    let curves = |point: fn(&Row<Contender>) -> (f64, f64, String)| {
+        let curve = |program: Contender| Curve {
             name: program.name().into(),
             points: rows.iter().filter(|r| r.program == program).map(point).collect(),
         };
-        Program::ALL.map(curve).into()
+        [Kontakt, GetFem, CalculiX].map(curve).into()
     };
     [
         Panel {

@@ -1,6 +1,121 @@
-//! What the benchmarks against other programs share.
+//! What the benchmarks against other programs share: the programs' decks, and all of them measured in turn.
 #![allow(dead_code)]
 
 pub mod calculix;
 pub mod decks;
 pub mod getfem;
+
+use crate::common::process::{self, Spent};
+use decks::Pair;
+use kontakt::Result;
+use std::{path::Path, process::Command};
+
+/// Unknowns of the run that shows what a program spends before it has anything to do, and its repetitions.
+const EMPTY: (f64, usize) = (300.0, 9);
+
+/// A program on one scene, of about so many unknowns.
+pub trait Program: Copy + PartialEq + 'static {
+    /// All that are compared.
+    const ALL: &'static [Self];
+
+    fn name(self) -> &'static str;
+
+    /// The scene.
+    fn scene(dofs: f64) -> Result<Pair>;
+
+    /// Writes what the program reads.
+    fn prepare(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<()>;
+
+    fn command(self, pair: &Pair, dofs: f64, directory: &Path) -> Command;
+
+    /// Relative error of what a run has left.
+    fn error(self, directory: &Path) -> Result<f64>;
+
+    /// What was set, in words.
+    fn setting(self, dofs: f64, directory: &Path) -> String;
+
+    /// One run: what it spent and its error.
+    fn run(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<(Spent, f64)> {
+        let log = directory.join(format!("{}.log", self.name()));
+        let mut command = self.command(pair, dofs, directory);
+        let spent = process::run(command.env("OMP_NUM_THREADS", "1"), &log)?;
+        Ok((spent, self.error(directory)?))
+    }
+}
+
+/// A program at a size: the cheapest of its runs.
+pub struct Row<P> {
+    pub program: P,
+    pub dofs: usize,
+    /// Of the whole process.
+    pub spent: Spent,
+    /// CPU seconds less those of the empty run.
+    pub net: f64,
+    /// Relative.
+    pub error: f64,
+    pub setting: String,
+}
+
+/// All programs at all sizes, and what each spends on an empty run, in CPU seconds.
+pub struct Comparison<P> {
+    pub rows: Vec<Row<P>>,
+    starts: Vec<(P, f64)>,
+}
+
+/// Measures all programs at these sizes, with their repetitions.
+pub fn compare<P: Program>(sizes: &[(f64, usize)], directory: &Path) -> Result<Comparison<P>> {
+    let (_, empty) = measure::<P>(EMPTY, directory)?;
+    let starts: Vec<(P, f64)> =
+        std::iter::zip(P::ALL, &empty).map(|(program, (spent, _))| (*program, spent.cpu)).collect();
+    let mut rows = Vec::new();
+    for &size in sizes {
+        let (dofs, runs) = measure::<P>(size, directory)?;
+        for (&(program, start), (spent, error)) in std::iter::zip(&starts, runs) {
+            let setting = program.setting(size.0, directory);
+            rows.push(Row { program, dofs, spent, net: spent.cpu - start, error, setting });
+        }
+    }
+    Ok(Comparison { rows, starts })
+}
+
+/// Runs of all programs in turn, the cheapest of each.
+fn measure<P: Program>(
+    (dofs, repetitions): (f64, usize),
+    directory: &Path,
+) -> Result<(usize, Vec<(Spent, f64)>)> {
+    let pair = P::scene(dofs)?;
+    for program in P::ALL {
+        program.prepare(&pair, dofs, directory)?;
+    }
+    let runs = process::cheapest(P::ALL, repetitions, |program| program.run(&pair, dofs, directory))?;
+    Ok((pair.dofs(), runs))
+}
+
+impl<P: Program> Comparison<P> {
+    /// `kontakt 0.15 s, GetFEM 0.12 s.`
+    pub fn start_ups(&self) -> String {
+        let each = self.starts.iter().map(|(program, cpu)| format!("{} {cpu:.2} s", program.name()));
+        each.collect::<Vec<_>>().join(", ") + "."
+    }
+
+    /// Net CPU seconds of a row over those of `own` at the same size.
+    pub fn times(&self, row: &Row<P>, own: P) -> f64 {
+        let own = self.rows.iter().find(|r| r.program == own && r.dofs == row.dofs);
+        row.net / own.expect("every program runs at every size").net
+    }
+
+    /// The rows for scripts; `error`: key of the error, null where there is none.
+    pub fn json(&self, error: &str) -> serde_json::Value {
+        let row = |r: &Row<P>| {
+            serde_json::json!({
+                "program": r.program.name(),
+                "dofs": r.dofs,
+                "cpu_seconds": r.net,
+                "startup_cpu_seconds": r.spent.cpu - r.net,
+                "peak_mb": r.spent.peak_mb,
+                error: r.error,
+            })
+        };
+        self.rows.iter().map(row).collect()
+    }
+}
