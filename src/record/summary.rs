@@ -392,7 +392,7 @@ pub struct FrictionSummary {
     /// Largest slip of a node, all load steps together, m.
     #[serde(skip_serializing_if = "not_finite")]
     pub max_slip: f64,
-    /// Largest tangential force of a node beyond what the law allows, over the largest force of a node, -.
+    /// Largest tangential force of a node beyond what the law allows, over the largest force of a node, or 1e-12 of that of all pairs, -.
     #[serde(skip_serializing_if = "not_finite")]
     pub beyond_bound: f64,
     /// Largest slip of a node against its law (with the tangential force, or of one that sticks), over the largest slip or the

@@ -1,4 +1,5 @@
 //! Contact pairs in numbers, and their tables along the surface.
+use super::checks::SCENE;
 use crate::step::{EndFound, Found};
 use crate::vector::{larger, ratio};
 use crate::{
@@ -43,6 +44,8 @@ pub(super) fn pair_results(
     }
     let sums = parallel::sum(world, sums.as_flattened());
     let maxima = parallel::max(world, maxima.as_flattened());
+    // Of a pair that carries round-off every ratio is one of round-off.
+    let round_off = SCENE * maxima.iter().skip(7).step_by(MAXIMA).copied().fold(0.0, larger);
     let pairs = case
         .contacts
         .iter()
@@ -89,7 +92,7 @@ pub(super) fn pair_results(
                     sticking: s[19] as u64,
                     slipping: s[20] as u64,
                     max_slip: m[4],
-                    beyond_bound: ratio(m[5], m[7]),
+                    beyond_bound: ratio(m[5], larger(m[7], round_off)),
                     wrong_slip: ratio(m[6], larger(m[4], m[8])),
                 }),
                 contraction: mean_contraction(history.map(|row| row.contraction)),
