@@ -117,15 +117,20 @@ impl Coarse {
     }
 
     /// Holds motions: neither do loads or contact forces work on them any more, nor has any solution a part of them.
-    /// `onto`: the orthogonal projector onto them; each belongs to one body.
-    pub fn hold(&mut self, onto: &DMatrix<f64>) {
+    /// `onto`: the orthogonal projector onto them; each belongs to one body. `rolls`: that onto motions that only the `normal` rows do not
+    /// see.
+    pub fn hold(&mut self, onto: &DMatrix<f64>, rolls: &DMatrix<f64>, normal: &[bool]) {
         let work = (onto * DVector::from_column_slice(&self.work)).as_slice().to_vec();
         std::iter::zip(&mut self.work, &work).for_each(|(w, held)| *w -= held);
-        let part = |row: &Vec<(usize, f64)>| -> Vec<(usize, f64)> {
+        let of_normals = onto + rolls;
+        let part = |row: &Vec<(usize, f64)>, onto: &DMatrix<f64>| -> Vec<(usize, f64)> {
             row.iter().map(|&(k, _)| (k, row.iter().map(|&(l, z)| onto[(k, l)] * z).sum())).collect()
         };
-        let rows: Vec<[Vec<(usize, f64)>; 2]> =
-            self.rows.iter().map(|sides| [part(&sides[0]), part(&sides[1])]).collect();
+        let parts = |(j, sides): (usize, &[Vec<(usize, f64)>; 2])| {
+            let onto = if normal.get(j).is_some_and(|normal| *normal) { &of_normals } else { onto };
+            [part(&sides[0], onto), part(&sides[1], onto)]
+        };
+        let rows: Vec<[Vec<(usize, f64)>; 2]> = self.rows.iter().enumerate().map(parts).collect();
         let entries =
             |rows: &[Vec<(usize, f64)>; 2]| rows.iter().flatten().map(|e| e.1).collect::<Vec<f64>>();
         for (row, held) in std::iter::zip(&mut self.rows, &rows) {
@@ -143,6 +148,15 @@ impl Coarse {
             row.iter().flatten().for_each(|&(k, z)| pushed[k] += z * force);
         }
         std::iter::zip(&held.work, exchange.sum(&pushed)).map(|(work, pushed)| work - pushed).collect()
+    }
+
+    /// The same modes under loads that do no work on a motion.
+    pub(super) fn without(&self, motion: &[f64]) -> Coarse {
+        let mut coarse = self.clone();
+        let square: f64 = motion.iter().map(|m| m * m).sum();
+        let work: f64 = std::iter::zip(motion, &self.work).map(|(m, e)| m * e).sum();
+        std::iter::zip(&mut coarse.work, motion).for_each(|(e, m)| *e -= m * work / square);
+        coarse
     }
 
     /// The same modes under no loads.

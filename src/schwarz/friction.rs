@@ -16,7 +16,7 @@ use crate::{
     tolerances::{HELD_COMPLIANCE, SUM},
     vector::{larger, largest},
 };
-use std::ops::Range;
+use std::{borrow::Cow, ops::Range};
 
 /// Alternations without a smaller residual after which a model of the compliance has no more to learn.
 const LEARNS: usize = 12;
@@ -172,18 +172,30 @@ impl<B: Respond> ActiveSet<'_, '_, B> {
         Ok(own)
     }
 
-    /// Which rows the bodies press together at first: as without friction; where a load drives a motion then, as if the
-    /// surfaces stuck. `Err`: the motion that goes on even so. Collective on the roots.
+    /// Which rows the bodies press together at first: as without friction; where a load drives a motion then, as if something else
+    /// stopped it, or as if the surfaces stuck. `Err`: the motion that goes on even so. Collective on the roots.
     fn start(&mut self) -> std::result::Result<Vec<f64>, Vec<f64>> {
         let exchange = self.coupling.exchange;
-        let found = self.coarse.start(exchange, &self.g_free, &self.resists(Resists::Never));
+        let smooth = self.resists(Resists::Never);
+        let presses = |forces: &[f64]| {
+            let most = self.normals().into_iter().map(|j| larger(forces[j], 0.0)).fold(0.0, larger);
+            exchange.max(&[most])[0] > 0.0
+        };
+        let mut coarse = Cow::Borrowed(self.coarse);
+        let mut found = coarse.start(exchange, &self.g_free, &smooth);
+        // Each motion takes one direction out of the loads.
+        for _ in 0..self.coarse.n {
+            let Err(motion) = &found else { break };
+            coarse = Cow::Owned(coarse.without(motion));
+            found = coarse.start(exchange, &self.g_free, &smooth);
+        }
+        let is_driven = matches!(coarse, Cow::Owned(_));
         let (start, alpha) = match found {
-            Ok(found) => found,
-            Err(motion) => {
+            Ok(found) if !is_driven || presses(&found.0) => found,
+            _ => {
                 let glued = self.coarse.start(exchange, &self.g_free, &self.resists(Resists::Always))?;
-                let pressed = self.normals().into_iter().map(|j| larger(glued.0[j], 0.0)).fold(0.0, larger);
-                if exchange.max(&[pressed])[0] == 0.0 {
-                    return Err(motion);
+                if !presses(&glued.0) {
+                    return Err(self.coarse.start(exchange, &self.g_free, &smooth).err().unwrap_or_default());
                 }
                 glued
             }

@@ -86,14 +86,18 @@ pub(super) fn balance(
     let [stresses, held, contact] = now.works(before);
     let [stored, all] =
         balances.iter().fold([0.0; 2], |[stored, all], b| [stored + b.stored, all + b.work[2]]);
-    let sums = parallel::sum(world, &[stresses, held, contact, beside, stored, all]);
-    let [stresses, held, contact, beside, stored, all] = sums[..] else { unreachable!("six sums") };
+    let relieved = f64::from(u8::from(found.relieved));
+    let sums = parallel::sum(world, &[stresses, held, contact, beside, stored, all, relieved]);
+    let [stresses, held, contact, beside, stored, all, relieved] = sums[..] else {
+        unreachable!("seven sums")
+    };
     let dissipated = pairs.iter().filter_map(|pair| Some(pair.friction.as_ref()?.dissipated)).sum::<f64>();
-    // Where rows are found again in each state, or take forces by interpolation, what they do is what their forces do.
+    // Where rows are found again in each state, take forces by interpolation or are relieved of what facets make of them, what they
+    // do is what the forces at the nodes do.
     let is_followed = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
     let is_interpolated = matches!(case.alternation.driver, Driver::Relaxed(_))
         && case.alternation.transfer == Transfer::Pointwise;
-    let external = match is_followed || is_interpolated {
+    let external = match is_followed || is_interpolated || relieved > 0.0 {
         true => held + contact + dissipated - so_far.dissipated,
         false => held - beside,
     };

@@ -291,7 +291,7 @@ impl Contacts {
         let scaling: Vec<f64> =
             rows.iter().flat_map(|rows| std::iter::repeat_n(rows.stiffness, rows.gap.len())).collect();
         let mut coarse = Coarse::new(&coupling, task.modes.total, &task.modes.first, scaling);
-        hold(task, neutral, &*coupling.bodies, &mut coarse)?;
+        hold(task, neutral, &coupling, &rows, &mut coarse)?;
         let (start, automatic) = match (case.alternation.tolerance, case.alternation.driver) {
             (Tolerance::Automatic, Driver::ActiveSet) => (AUTOMATIC[0], true),
             (Tolerance::Automatic, Driver::Relaxed(_)) => (Tolerance::RELAXED, false),
@@ -412,28 +412,35 @@ fn ends_with_rows<'s>(
         .filter_map(|end| Some((end, &pairs[end.pair].as_ref()?.rows[..])))
 }
 
-/// Holds the bodies' motions along their own surfaces, unless the loads drive them. Collective on the roots.
-fn hold(task: &Task, neutral: &[Neutral], bodies: &[Response], coarse: &mut Coarse) -> Result<()> {
+/// Holds the bodies' motions along their own surfaces, unless the loads drive them; where surfaces rub, only pressures do no work on
+/// them. Collective on the roots.
+fn hold(
+    task: &Task,
+    neutral: &[Neutral],
+    coupling: &Coupling<Response>,
+    rows: &[PairRows],
+    coarse: &mut Coarse,
+) -> Result<()> {
     let exchange = task.scene.exchange;
     let (n, any) = (coarse.n, exchange.max(&[neutral.len() as f64])[0] > 0.0);
     if !any || n == 0 {
         return Ok(());
     }
-    let mut onto = vec![0.0; n * n];
+    let mut onto = [vec![0.0; n * n], vec![0.0; n * n]];
     let mut driven = vec![0.0; n];
     for held in neutral {
         let first = task.modes.first[held.place];
-        let scale = bodies[held.place].mode_scale();
+        let scale = coupling.bodies[held.place].mode_scale();
         let at = |k: usize| coarse.work[first + k];
         let work: f64 = held.motion.iter().enumerate().map(|(k, v)| v * at(k)).sum();
         // The motion is a unit vector, its small parts round-off.
         let most = scale.iter().take(held.motion.len()).map(|s| s * s).sum::<f64>().sqrt();
         for (k, v) in held.motion.iter().enumerate() {
-            if work.abs() > held.faceted * most {
+            if !held.rubs && work.abs() > held.faceted * most {
                 driven[first + k] += work * v;
             }
             for (l, w) in held.motion.iter().enumerate() {
-                onto[(first + k) * n + first + l] += v * w;
+                onto[usize::from(held.rubs)][(first + k) * n + first + l] += v * w;
             }
         }
     }
@@ -441,7 +448,12 @@ fn hold(task: &Task, neutral: &[Neutral], bodies: &[Response], coarse: &mut Coar
     if driven.iter().any(|d| *d != 0.0) {
         return Err(unrestrained(task, &driven));
     }
-    coarse.hold(&DMatrix::from_row_slice(n, n, &exchange.sum(&onto)));
+    let [onto, rolls] = onto.map(|onto| DMatrix::from_row_slice(n, n, &exchange.sum(&onto)));
+    let mut normal = vec![false; coupling.n];
+    for (rows, range) in std::iter::zip(rows, &coupling.ranges) {
+        normal[range.start..range.start + rows.n_normal()].fill(true);
+    }
+    coarse.hold(&onto, &rolls, &normal);
     Ok(())
 }
 

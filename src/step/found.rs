@@ -38,6 +38,8 @@ pub(crate) struct Found {
     pub turned: Vec<String>,
     /// The residual that round-off leaves, if that is more than the tolerance.
     pub round_off: Option<f64>,
+    /// Something else than the contact forces takes up what these do on motions along faceted surfaces.
+    pub relieved: bool,
 }
 
 /// One end of a pair.
@@ -153,6 +155,7 @@ impl Found {
             warnings: Vec::new(),
             turned: Vec::new(),
             round_off: None,
+            relieved: false,
         }
     }
 

@@ -3,7 +3,8 @@
 //! However large, they change no gap, and no contact force can stop them. On a faceted surface, and with the round-off of
 //! its normals, a little resistance and a little work of the loads are left over: to take them for real would turn the body
 //! until huge forces balance next to nothing. So these motions are held, as in the analysis of a free structure by inertia
-//! relief, and reported as free; loads that do work on them beyond what facets leave are refused.
+//! relief, and reported as free; loads that do work on them beyond what facets leave are refused. Where surfaces rub only friction
+//! resists such a motion: pressures, whose normals lie between those of both surfaces, do no work on it.
 use super::rows::straight_partner;
 use crate::tolerances::NO_WORK;
 use crate::{
@@ -28,6 +29,8 @@ pub(crate) struct Neutral {
     pub motion: Vec<f64>,
     /// Work of the loads, relative to the sum of the absolute works, that the facets leave.
     pub faceted: f64,
+    /// Friction resists it.
+    pub rubs: bool,
 }
 
 /// The motions of this rank's bodies. Not collective.
@@ -36,9 +39,11 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
     for (place, (body, &index)) in std::iter::zip(bodies, plan.groups.bodies()).enumerate() {
         let modes = body.free.modes.len();
         let ends = || std::iter::zip(&plan.surfaces, &plan.ends).filter(move |(_, end)| end.body == index);
-        // Friction resists a motion along surfaces.
         let rubs = ends().any(|(_, end)| case.contacts[end.pair].law.is_frictional());
-        if modes == 0 || rubs || ends().next().is_none() {
+        // Rows that are found again where the surfaces have got to see the motion as it is.
+        let follows = |pair: usize| case.contacts[pair].geometry == ContactGeometry::Updated;
+        let followed = rubs && ends().any(|(_, end)| follows(end.pair));
+        if modes == 0 || followed || ends().next().is_none() {
             continue;
         }
         let facets = ends().map(|(surface, _)| Facets::of(surface)).fold(Facets::default(), Facets::worse);
@@ -48,8 +53,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
         let mut has_track = false;
         for (surface, &ContactSide { pair, side, .. }) in ends() {
             sides.add_surface(body, surface);
-            let updated = case.contacts[pair].geometry == ContactGeometry::Updated;
-            match straight_partner(case, pair, side).filter(|_| updated) {
+            match straight_partner(case, pair, side).filter(|_| follows(pair)) {
                 Some(normal) => {
                     has_track = true;
                     tracks.add_track(body, surface, &normal);
@@ -70,6 +74,7 @@ pub(super) fn find(case: &Case, plan: &Plan, bodies: &[Body]) -> Vec<Neutral> {
             place,
             motion: v.as_slice().to_vec(),
             faceted: facets.work().max(NO_WORK),
+            rubs,
         };
         found.extend(motions.into_iter().map(of));
     }

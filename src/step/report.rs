@@ -80,6 +80,7 @@ impl Contacts {
             pairs: Vec::new(),
             influences: Vec::new(),
         };
+        found.relieved = solution.relief.iter().any(|relief| *relief != 0.0);
         let elastic = driver.elastic_approach();
         let thickness = case.analysis.thickness();
         let before = self.known(task, task.before);

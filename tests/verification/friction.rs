@@ -564,3 +564,35 @@ fn a_pair_that_carries_next_to_nothing_keeps_its_law() {
         }
     }
 }
+
+/// A roller in a groove of two rigid planes at 45 degrees, pressed by P without friction and turned by a couple M. Where it slips on both,
+/// statics give N1 + N2 = sqrt(2) P / (1 + mu^2): it holds up to M = mu sqrt(2) P R / (1 + mu^2), and no pressure on its facets more.
+#[test]
+fn a_roller_holds_the_couple_that_friction_carries() {
+    let text = std::fs::read_to_string("cases/hard/roller/case.toml").expect("the case reads");
+    let text = text.split("[[variant]]").next().expect("a case");
+    let (p, radius) = (1e7, 0.05);
+    for mu in [0.01, 0.1, 0.5] {
+        let most = mu * 2_f64.sqrt() * p * radius / (1.0 + mu * mu);
+        let turned = |share: f64| {
+            let force = share * most / (2.0 * radius);
+            let couple = format!(
+                "load = [{{ point = [0.05, 0], force = [0, {:e}] }}, {{ point = [-0.05, 0], force = [0, {force:e}] }}]",
+                -force
+            );
+            text.replacen(
+                "depth = { from = 0, to = 0.5, cells = 8 } }",
+                &format!("depth = {{ from = 0, to = 0.5, cells = 8 }} }}\n{couple}"),
+                1,
+            )
+            .replace("name = \"left\"\nsurfaces", &format!("name = \"left\"\nfriction = {mu}\nsurfaces"))
+            .replace("name = \"right\"\nsurfaces", &format!("name = \"right\"\nfriction = {mu}\nsurfaces"))
+        };
+        let summary = solve(&turned(0.998));
+        let carried =
+            ["left", "right"].map(|pair| value(&summary, &format!("pairs.{pair}.friction.force")).abs());
+        near((carried[0] + carried[1]) * radius, 0.998 * most, 1e-3 * most, "couple");
+        let log = attempt(&turned(1.002), 4).1;
+        assert!(log.contains("'roller'") && log.contains("rotation"), "{log}");
+    }
+}
