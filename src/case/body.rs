@@ -45,6 +45,7 @@ pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>, paths: &Paths
         cuts: Vec::new(),
         formulation,
         material: material?,
+        inserts: Vec::new(),
         supports: supports?,
         loads: loads?,
         temperature,

@@ -87,6 +87,7 @@ fn read(fields: &Fields<'_>, name: &str) -> Option<MaterialCase> {
         poisson: poisson?,
         expansion,
         reference_temperature: reference.unwrap_or(0.0),
+        plasticity: None,
     })
 }
 

@@ -41,7 +41,7 @@ pub use study::{QUANTITIES_OF_PAIR, QUANTITIES_OF_PROBE, STRAIN_ENERGY, StudyCas
 pub use crate::{
     contact::{ConjugateRule, Gap, Law},
     element::Formulation,
-    material::{Analysis, MaterialCase, Property},
+    material::{Analysis, MaterialCase, Property, Tangent, Theory},
     mesh::{Grading, Shape},
     schwarz::weights::Weights,
 };
@@ -108,6 +108,8 @@ pub struct Case {
     pub probes: Vec<ProbeCase>,
     /// What to draw.
     pub output: OutputCase,
+    /// How bodies that yield are computed.
+    pub plasticity: PlasticityCase,
     /// What a study varies.
     pub study: StudyCase,
     /// What is known of the solution, if anything is.
@@ -120,6 +122,11 @@ impl Case {
     /// True if a pair has tangential forces.
     pub fn has_friction(&self) -> bool {
         self.contacts.iter().any(|contact| contact.law.is_frictional())
+    }
+
+    /// True if a body has a material that yields.
+    pub fn has_plasticity(&self) -> bool {
+        self.bodies.iter().any(BodyCase::yields)
     }
 
     /// Number of contact pairs that a body is in.
@@ -157,8 +164,10 @@ pub struct BodyCase {
     pub cuts: Vec<Vec<u32>>,
     /// Element formulation; `None` means each element kind's default.
     pub formulation: Option<Formulation>,
-    /// Its material.
+    /// Its material, where no insert is.
     pub material: MaterialCase,
+    /// Parts of other materials: where two overlap, the later one counts.
+    pub inserts: Vec<Insert>,
     /// Prescribed displacements.
     pub supports: Vec<Support>,
     /// Loads.
@@ -175,6 +184,77 @@ pub struct BodyCase {
     pub refine: usize,
     /// Where the body is written.
     pub origin: Origin,
+}
+
+impl BodyCase {
+    /// Its materials: that of the body, then those of its inserts, as [`Cell::material`](crate::mesh::Cell) counts them.
+    pub fn materials(&self) -> impl Iterator<Item = &MaterialCase> {
+        std::iter::once(&self.material).chain(self.inserts.iter().map(|insert| &insert.material))
+    }
+
+    /// True if one of its materials yields.
+    pub fn yields(&self) -> bool {
+        self.materials().any(|material| material.plasticity.is_some())
+    }
+}
+
+/// A part of a body that is of another material.
+#[derive(Debug, Clone)]
+pub struct Insert {
+    /// Which cells.
+    pub cells: InsertCells,
+    /// Its material.
+    pub material: MaterialCase,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// Cells of an insert.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InsertCells {
+    /// Those of a physical group of the mesh.
+    Group(String),
+    /// Those whose centre lies in a box, m.
+    Within([[f64; 3]; 2]),
+}
+
+/// `[plasticity]`: how bodies that yield are computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlasticityCase {
+    /// What plastic strains follow.
+    pub theory: Theory,
+    /// The stiffness of an iteration.
+    pub tangent: Tangent,
+    /// Residual of an increment, relative to the forces, from which on it is solved.
+    pub tolerance: f64,
+    /// Iterations after which an increment is given up.
+    pub max_iterations: usize,
+    /// Whether only the part of a body that yields is iterated.
+    pub zone: ZoneCase,
+}
+
+impl Default for PlasticityCase {
+    fn default() -> Self {
+        PlasticityCase {
+            theory: Theory::Flow,
+            tangent: Tangent::Consistent,
+            tolerance: 1e-8,
+            max_iterations: 25,
+            zone: ZoneCase::Automatic,
+        }
+    }
+}
+
+/// Whether what stays elastic in a body that yields is condensed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ZoneCase {
+    /// If a cost estimate finds it cheaper.
+    #[default]
+    Automatic,
+    /// Wherever it is possible.
+    Always,
+    /// Nowhere.
+    Never,
 }
 
 /// How a body answers on its contact surfaces. All give the same answer, at another cost.

@@ -6,7 +6,7 @@ use super::material::Materials;
 use super::node::{Node, Value};
 use super::path::Paths;
 use super::reader::{Fields, Reader, all};
-use super::{Analysis, BodyCase, BodyRef, Case, RigidCase, Units};
+use super::{Analysis, BodyCase, BodyRef, Case, PlasticityCase, RigidCase, Units};
 use super::{alternation, body, edit, exact, fingerprint, material, nearest, path, rigid, step, study};
 use crate::error::{Error, Result};
 
@@ -158,6 +158,7 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
         steps: steps?,
         probes: probes?,
         output,
+        plasticity: PlasticityCase::default(),
         study,
         exact,
         fingerprint: 0,

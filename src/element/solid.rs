@@ -19,21 +19,24 @@ use super::geometry::{Gradients, Jacobian};
 use super::{ElementKind, MAX_NODES, PointGeometry, QuadraturePoint, stiffness_rule};
 use crate::Result;
 
-/// What the material says at one quadrature point: sigma = H (eps - eps0), Voigt order (11, 22, 12) with
-/// gamma12 = 2 eps12.
+/// What the material says at one quadrature point: sigma = H (eps - eps0) + sigma0, Voigt order (11, 22, 12) with
+/// gamma12 = 2 eps12. A law that is not linear says it of its tangent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointLaw {
     /// H, symmetric, Pa.
     pub h: [[f64; 3]; 3],
     /// eps0.
     pub initial_strain: [f64; 3],
+    /// sigma0, Pa.
+    pub initial_stress: [f64; 3],
 }
 
 impl PointLaw {
-    /// H (eps - eps0), Pa.
+    /// H (eps - eps0) + sigma0, Pa.
     pub fn stress(&self, strain: [f64; 3]) -> [f64; 3] {
         let elastic: [f64; 3] = std::array::from_fn(|i| strain[i] - self.initial_strain[i]);
-        times(&self.h, &elastic)
+        let stress = times(&self.h, &elastic);
+        std::array::from_fn(|i| stress[i] + self.initial_stress[i])
     }
 }
 
@@ -104,7 +107,7 @@ impl SolidElement {
     }
 
     /// Stiffness `k` (2n x 2n, row-major, dof = 2 node + component, N/m) and the load of the initial strain
-    /// `f` = int B^T H eps0 t dA (N); both are overwritten. Nodal forces are k u - f.
+    /// `f` = int B^T (H eps0 - sigma0) t dA (N); both are overwritten. Nodal forces are k u - f.
     ///
     /// `x`: node coordinates, m; `thickness`, m; `law(point, N)`: the law at a quadrature point, given its
     /// index and the shape functions there (to interpolate nodal values such as the temperature).
@@ -302,14 +305,14 @@ impl SolidElement {
         strain
     }
 
-    /// Adds a point's share of k = int B^T H B t dA and f = int B^T H eps0 t dA, of the modes from `first` on.
+    /// Adds a point's share of k = int B^T H B t dA and f = int B^T (H eps0 - sigma0) t dA, of the modes from `first` on.
     #[inline]
     fn add_point(&self, full: &mut Full, first: usize, gradients: &Gradients, law: &PointLaw, volume: f64) {
         let modes = &gradients[..self.n_modes()];
         let h = law.h.map(|row| row.map(|h| h * volume));
-        let initial_stress = times(&h, &law.initial_strain);
+        let relaxed = relaxed(&h, law, volume);
         for (a, g) in modes.iter().enumerate().skip(first) {
-            let force = force_of(g, &initial_stress);
+            let force = force_of(g, &relaxed);
             full.f[2 * a] += force[0];
             full.f[2 * a + 1] += force[1];
             // Two rows of B_a^T H.
@@ -344,10 +347,10 @@ impl SolidElement {
         };
         let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
         let h = law.h.map(|row| row.map(|h| h * volume));
-        let initial_stress = times(&h, &law.initial_strain);
+        let relaxed = relaxed(&h, law, volume);
         for a in first..modes {
             for (i, b_a) in b(a).iter().enumerate() {
-                full.f[2 * a + i] += dot(b_a, &initial_stress);
+                full.f[2 * a + i] += dot(b_a, &relaxed);
                 let stress = times(&h, b_a);
                 for (c, k) in full.k[2 * a + i].chunks_exact_mut(2).take(a + 1).enumerate() {
                     let b_c = b(c);
@@ -434,6 +437,12 @@ fn strain_of(g: &[f64; 3], u: [f64; 2]) -> [f64; 3] {
 /// B_a^T sigma: force per volume on a mode with gradient `g`, 1/m, by the stress (11, 22, 12), Pa.
 fn force_of(g: &[f64; 3], stress: &[f64; 3]) -> [f64; 2] {
     [g[0] * stress[0] + g[1] * stress[2], g[1] * stress[1] + g[0] * stress[2]]
+}
+
+/// (H eps0 - sigma0) V, with H V given.
+fn relaxed(h: &[[f64; 3]; 3], law: &PointLaw, volume: f64) -> [f64; 3] {
+    let of_strain = times(h, &law.initial_strain);
+    std::array::from_fn(|i| of_strain[i] - volume * law.initial_stress[i])
 }
 
 fn times(h: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {

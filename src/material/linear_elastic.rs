@@ -52,6 +52,7 @@ impl LinearElastic {
         PointLaw {
             h: [[c, c * nu, 0.], [c * nu, c, 0.], [0., 0., shear]],
             initial_strain: [strain, strain, 0.],
+            initial_stress: [0.; 3],
         }
     }
 
@@ -147,6 +148,7 @@ mod tests {
             poisson: Property::Constant(NU),
             expansion: Some(Property::Table(vec![(293., 1e-5), (493., 1.4e-5)])),
             reference_temperature: 293.,
+            plasticity: None,
         }
     }
 

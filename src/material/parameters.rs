@@ -37,6 +37,69 @@ pub struct MaterialCase {
     pub expansion: Option<Property>,
     /// Reference temperature, K.
     pub reference_temperature: f64,
+    /// How it yields; `None`: never.
+    pub plasticity: Option<Plasticity>,
+}
+
+/// Plasticity by von Mises' criterion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plasticity {
+    /// How large the yield surface is.
+    pub hardening: Hardening,
+    /// How it moves.
+    pub kinematic: Option<Kinematic>,
+}
+
+/// Yield stress sigma_y(p, T), Pa, over the equivalent plastic strain p and the temperature.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Hardening {
+    /// sigma_y = yield_stress + modulus p; modulus 0: perfectly plastic.
+    Linear {
+        /// Pa.
+        yield_stress: Property,
+        /// Pa, not negative.
+        modulus: Property,
+    },
+    /// Piecewise linear curves (p, sigma_y), the first at p = 0, constant beyond their ends; by temperature, K, increasing, linear
+    /// between them. A single curve holds at every temperature.
+    Table(Vec<(f64, Vec<(f64, f64)>)>),
+    /// Ramberg and Osgood: p = offset (sigma / yield_stress)^exponent, without an elastic range.
+    RambergOsgood {
+        /// Stress at which p = offset, Pa.
+        yield_stress: Property,
+        /// Plastic strain at the yield stress, such as 0.002.
+        offset: f64,
+        /// n > 1.
+        exponent: f64,
+    },
+    /// Swift: sigma_y = yield_stress (1 + p / strain)^exponent.
+    Power {
+        /// Pa.
+        yield_stress: Property,
+        /// epsilon_0 > 0.
+        strain: f64,
+        /// 0 < n <= 1.
+        exponent: f64,
+    },
+}
+
+/// Kinematic hardening: backstress rate = 2/3 modulus x plastic strain rate - recall x backstress x p rate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kinematic {
+    /// C, Pa.
+    pub modulus: Property,
+    /// gamma of Armstrong and Frederick; 0: Prager.
+    pub recall: f64,
+}
+
+/// What plastic strains follow.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Theory {
+    /// Flow theory: increments of plastic strain along the deviatoric stress.
+    #[default]
+    Flow,
+    /// Deformation theory, by variable elasticity parameters: a non-linear elastic law.
+    Deformation,
 }
 
 /// A property: constant, or a table over temperature.

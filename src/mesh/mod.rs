@@ -47,6 +47,8 @@ pub struct Mesh {
 pub struct Cell {
     /// Element kind.
     pub kind: ElementKind,
+    /// What it is of: 0 the body's material, 1, 2, ... its inserts in their order.
+    pub material: u8,
     /// Node indices; the first `kind.n_nodes()` count.
     nodes: [u32; 8],
 }
@@ -56,7 +58,7 @@ impl Cell {
     pub fn new(kind: ElementKind, nodes: &[u32]) -> Self {
         let mut all = [0; 8];
         all[..kind.n_nodes()].copy_from_slice(&nodes[..kind.n_nodes()]);
-        Cell { kind, nodes: all }
+        Cell { kind, material: 0, nodes: all }
     }
 
     /// Its nodes, in the element's order.

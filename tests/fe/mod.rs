@@ -15,6 +15,7 @@ pub fn material(young: f64, poisson: f64, analysis: Analysis) -> LinearElastic {
         poisson: Property::Constant(poisson),
         expansion: Some(Property::Constant(1e-5)),
         reference_temperature: 293.,
+        plasticity: None,
     };
     LinearElastic::new(&case, analysis)
 }
