@@ -17,7 +17,7 @@ use super::Formulation;
 use super::dilatation::Dilatation;
 use super::geometry::{Gradients, Jacobian};
 use super::{ElementKind, MAX_NODES, PointGeometry, QuadraturePoint, stiffness_rule};
-use crate::Result;
+use crate::{Result, vector::larger};
 
 /// What the material says at one quadrature point: sigma = H (eps - eps0) + sigma0, Voigt order (11, 22, 12) with
 /// gamma12 = 2 eps12. A law that is not linear says it of its tangent.
@@ -68,6 +68,18 @@ pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Re
         }
     }
 }
+
+/// Iterations inside an element with internal modes after which it is given up.
+const LOCAL_ITERATIONS: usize = 25;
+
+/// Forces on internal modes, relative to the sum of their parts, that are none.
+const LOCAL_TOLERANCE: f64 = 1e-12;
+
+/// A pivot of the internal modes is at least this share of their largest one: without hardening it may vanish.
+const LEAST_PIVOT: f64 = 1e-12;
+
+/// Most internal modes.
+const MAX_INTERNAL: usize = 2;
 
 /// Components times the most displacement modes.
 const MAX_DOFS: usize = 2 * MAX_NODES;
@@ -186,6 +198,52 @@ impl SolidElement {
             }
         }
         Ok(())
+    }
+
+    /// Brings the internal modes to equilibrium with nodal displacements `u` (m, 2n) under a law that is not linear, by Newton
+    /// iterations inside the element: `laws`, at each quadrature point, are those to begin with, and then what `answer`(point, strain)
+    /// says of the strains (11, 22, gamma12) there. False if they do not settle.
+    pub fn respond(
+        &self,
+        x: &[[f64; 3]],
+        geometry: &[PointGeometry],
+        u: &[f64],
+        laws: &mut [PointLaw],
+        mut answer: impl FnMut(usize, [f64; 3]) -> PointLaw,
+    ) -> Result<bool> {
+        let n = self.kind.n_nodes();
+        let center = self.center(x)?;
+        let dilatation = self.dilatation(&center, geometry);
+        for _ in 0..LOCAL_ITERATIONS {
+            let internal = self.internal(&center, geometry, |point, _| laws[point]);
+            let amplitudes = self.amplitudes(internal.as_ref(), u);
+            // Forces on the internal modes, and the sizes of what they are the sum of.
+            let (mut residual, mut size) = ([0.; 2 * MAX_INTERNAL], 0.);
+            for (p, (point, geometry)) in self.points().iter().zip(geometry).enumerate() {
+                let gradients = self.gradients(&center, geometry, point);
+                let strain = self.strain(point, &gradients, dilatation.as_ref(), &amplitudes);
+                laws[p] = answer(p, strain);
+                let stress = laws[p].stress(strain).map(|s| s * geometry.area);
+                let change = dilatation.as_ref().map(|linear| linear.change(point, &gradients));
+                for m in n..self.n_modes() {
+                    let mut force = force_of(&gradients[m], &stress);
+                    if let Some(change) = &change {
+                        let pressure = stress[0] + stress[1];
+                        (0..2).for_each(|c| force[c] += change[m][c] * pressure);
+                    }
+                    for c in 0..2 {
+                        residual[2 * (m - n) + c] += force[c];
+                        size += force[c].abs();
+                    }
+                }
+            }
+            let residual = residual.iter().fold(0., |most, r| larger(most, r.abs()));
+            // One that is not finite is seen in the forces at the nodes.
+            if residual <= LOCAL_TOLERANCE * size || !residual.is_finite() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// The same at any `points` of the element; `law` is asked at its own.
@@ -376,7 +434,10 @@ impl SolidElement {
     /// Gaussian elimination of the internal amplitudes from the rows `first` on, the last one first. What is left in
     /// the leading block is the condensed element; the internal rows keep what [`Self::recover_internal`] needs.
     fn eliminate_internal(&self, full: &mut Full, first: usize) {
-        for p in (2 * self.kind.n_nodes()..2 * self.n_modes()).rev() {
+        let internal = 2 * self.kind.n_nodes()..2 * self.n_modes();
+        let largest = internal.clone().fold(0., |most, p| larger(most, full.k[p][p]));
+        for p in internal.rev() {
+            full.k[p][p] = larger(full.k[p][p], LEAST_PIVOT * largest);
             let (row, f) = (full.k[p], full.f[p]);
             let pivot = 1. / row[p];
             for i in first..p {
