@@ -1,4 +1,5 @@
 //! Reads `[[body]]` with its supports, loads and temperature.
+use super::insert;
 use super::material::{self, Materials};
 use super::node::Value;
 use super::path::Paths;
@@ -7,8 +8,8 @@ use super::shape::{self, existing_file};
 use super::temperature_file;
 use super::units::Dimension;
 use super::{
-    BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Property, Region, ResponseCase, Scalar,
-    Support, Temperature, Units, nearest, solver_options,
+    BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Region, ResponseCase, Scalar, Support,
+    Temperature, Units, nearest, solver_options,
 };
 
 impl ResponseCase {
@@ -33,9 +34,10 @@ pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>, paths: &Paths
     let material = material::of_body(fields, materials);
     let (temperature, temperature_path) = temperature(fields, paths).unzip();
     let temperature_path = temperature_path.flatten();
-    if let Some(material) = &material {
-        check_heat(fields, material);
-    }
+    let inserts = insert::read_all(fields, geometry.as_ref(), materials);
+    let all_materials = || material.iter().chain(inserts.iter().flatten().map(|insert| &insert.material));
+    all_materials().for_each(|material| check_heat(fields, material));
+    check_references(fields, all_materials());
     let surfaces = geometry.as_ref().and_then(generated_surfaces);
     let supports = super::reader::all(fields.tables("support").iter().map(|f| support(f, surfaces, paths)));
     let loads = super::reader::all(fields.tables("load").iter().map(|f| load(f, surfaces, paths)));
@@ -45,7 +47,7 @@ pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>, paths: &Paths
         cuts: Vec::new(),
         formulation,
         material: material?,
-        inserts: Vec::new(),
+        inserts: inserts?,
         supports: supports?,
         loads: loads?,
         temperature,
@@ -94,8 +96,7 @@ fn formulation(fields: &Fields<'_>, geometry: Option<&Geometry>) -> Option<Formu
 
 /// Temperature and material must fit together.
 fn check_heat(fields: &Fields<'_>, material: &MaterialCase) {
-    let properties = [Some(&material.young), Some(&material.poisson), material.expansion.as_ref()];
-    let over_temperature = properties.into_iter().flatten().any(Property::is_table);
+    let over_temperature = material::over_temperature(material);
     match fields.has("temperature") {
         true if material.expansion.is_none() && !over_temperature => fields.error_at(
             "temperature",
@@ -109,6 +110,24 @@ fn check_heat(fields: &Fields<'_>, material: &MaterialCase) {
             ),
         ),
         _ => {}
+    }
+}
+
+/// The temperature of a body grows from one reference temperature, whatever its materials.
+fn check_references<'a>(fields: &Fields<'_>, mut materials: impl Iterator<Item = &'a MaterialCase>) {
+    let Some(first) = materials.next().filter(|_| fields.has("temperature")) else { return };
+    if let Some(other) = materials.find(|other| other.reference_temperature != first.reference_temperature) {
+        let said =
+            |material: &MaterialCase| format!("{} of '{}'", material.reference_temperature, material.name);
+        fields.error_at(
+            "temperature",
+            format!(
+                "the materials of a body with a temperature need one 'reference_temperature', from which all of it is heated; \
+                 there are {} and {}",
+                said(first),
+                said(other)
+            ),
+        );
     }
 }
 

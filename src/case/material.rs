@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use super::node::{Node, Value};
 use super::reader::{Field, Fields, join};
 use super::shape::existing_file;
-use super::{MaterialCase, Property, Units, nearest};
+use super::{MaterialCase, Property, Units, nearest, plasticity};
 
 /// The materials of a case by name; `None` where one has errors, which are noted.
 pub(super) type Materials<'a> = BTreeMap<&'a str, Option<MaterialCase>>;
@@ -18,7 +18,7 @@ pub(super) fn read_all<'a>(fields: &Fields<'a>) -> Materials<'a> {
     fields.named("material").into_iter().map(read_one).collect()
 }
 
-/// The material that a body asks for.
+/// The material that a body, or an insert, asks for.
 pub(super) fn of_body(body: &Fields<'_>, materials: &Materials<'_>) -> Option<MaterialCase> {
     let field = body.field("material")?;
     match &field.node.value {
@@ -78,6 +78,7 @@ fn read(fields: &Fields<'_>, name: &str) -> Option<MaterialCase> {
     );
     let expansion = property(fields, "expansion", |_| true, "");
     let reference = temperature(fields, "reference_temperature");
+    let plasticity = fields.table("plasticity").and_then(|table| plasticity::of_material(&table));
     if fields.has("expansion") && !fields.has("reference_temperature") {
         fields.error_at("reference_temperature", "missing; 'expansion' needs the temperature it counts from");
     }
@@ -87,12 +88,19 @@ fn read(fields: &Fields<'_>, name: &str) -> Option<MaterialCase> {
         poisson: poisson?,
         expansion,
         reference_temperature: reference.unwrap_or(0.0),
-        plasticity: None,
+        plasticity,
     })
 }
 
+/// True if a property of the material, of heat, strength or stiffness, is a table over temperature.
+pub(super) fn over_temperature(material: &MaterialCase) -> bool {
+    let properties = [Some(&material.young), Some(&material.poisson), material.expansion.as_ref()];
+    properties.into_iter().flatten().any(Property::is_table)
+        || material.plasticity.as_ref().is_some_and(plasticity::over_temperature)
+}
+
 /// A temperature; in SI it is not below absolute zero.
-fn temperature(fields: &Fields<'_>, key: &str) -> Option<f64> {
+pub(super) fn temperature(fields: &Fields<'_>, key: &str) -> Option<f64> {
     let units = fields.reader.units;
     fields.number_if(key, |value| units == Units::Consistent || value >= 0.0, "must be >= 0 K")
 }

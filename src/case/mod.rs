@@ -10,10 +10,12 @@ mod exact;
 mod expression;
 mod fingerprint;
 mod grading;
+mod insert;
 mod material;
 mod nearest;
 mod node;
 mod path;
+mod plasticity;
 mod read;
 mod reader;
 mod reference;
@@ -275,8 +277,8 @@ pub enum Geometry {
     Gmsh {
         /// Path of the `.msh` file.
         file: std::path::PathBuf,
-        /// Name of the physical group (of the highest dimension) that is the body; `None`: all cells.
-        group: Option<String>,
+        /// Names of the physical groups (of the highest dimension) that are the body; empty: all cells.
+        groups: Vec<String>,
         /// Factor on all coordinates (a mesh in mm in an SI case: 1e-3).
         scale: f64,
         /// How often every cell is cut into four.
