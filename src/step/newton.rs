@@ -159,6 +159,7 @@ impl Engine {
                 (end.displacement, end.contact) = between(&newton.at, end, share);
             }
         }
+        if std::env::var("KDEBUG").is_ok() { eprintln!("it {} share {share:.3} ratio {:.2e} norm {:.3e} work {:.3e} before {:?} settled {}", newton.residuals.len(), now.ratio, now.norm, now.work, before.map(|b| (b.norm, b.work)), now.settled); }
         newton.residuals.push(now.ratio);
         newton.at = Nodal { contact: end.contact.clone(), displacement: end.displacement.clone() };
         newton.moved = true;
