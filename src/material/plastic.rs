@@ -127,7 +127,8 @@ impl ElastoPlastic {
         }
     }
 
-    /// H (eps - eps0) - H eps_p, and in plane strain, where the constraint's share of H is for the total strain, H eps0 - 2 G eps_p.
+    /// sigma = C (eps - eps_th - eps_p): the plastic strain, without volume, adds -2 G eps_p in plane strain and -H eps_p in plane
+    /// stress, where the strain across the plane is free.
     fn frozen_law(&self, parameters: &Parameters, plastic: &Tensor) -> PointLaw {
         let law = self.elastic.law_of(parameters);
         if plastic == &[0.; 6] {
@@ -142,7 +143,12 @@ impl ElastoPlastic {
         PointLaw { initial_stress, ..law }
     }
 
-    fn elastic_response(&self, parameters: &Parameters, strain: [f64; 3], start: &PointState) -> PointResponse {
+    fn elastic_response(
+        &self,
+        parameters: &Parameters,
+        strain: [f64; 3],
+        start: &PointState,
+    ) -> PointResponse {
         let &Parameters { young, poisson, thermal_strain } = parameters;
         let law = self.frozen_law(parameters, &start.plastic_strain);
         let [xx, yy, xy] = law.stress(strain);

@@ -193,8 +193,7 @@ impl Trial<'_> {
         let condition = self.condition(dp);
         let (_, slope) = self.law.hardening.at(old.equivalent + dp, self.law.temperature);
         let n = scaled(1.5_f64.sqrt() / condition.q, &condition.eta);
-        let (root_3_2, theta, d) =
-            (1.5_f64.sqrt(), 3. * shear * dp / condition.q, condition.slope + slope);
+        let (root_3_2, theta, d) = (1.5_f64.sqrt(), 3. * shear * dp / condition.q, condition.slope + slope);
         let along = scaled(3. * shear * shear / d - shear * theta, &n);
         let recall = theta * self.law.kinematic.1 * condition.kept * 6_f64.sqrt() * shear / d;
         let c = match recall {
