@@ -62,10 +62,12 @@ pub(super) fn plane_stress(
         Sample { value: s[2] + law.bulk * volume, slope, noise: f64::EPSILON * size }
     };
     // An elastic point takes no iteration.
-    law.respond(&deviator(volume), old)?;
+    let mut first = Some(law.respond(&deviator(volume), old)?);
+    let mut last = None;
     let volume = root(volume, (f64::NEG_INFINITY, f64::INFINITY), |volume| {
         let strain = deviator(volume);
-        match law.respond(&strain, old) {
+        last = first.take().or_else(|| law.respond(&strain, old));
+        match &last {
             Some(returned) => across(&returned.deviator, returned.stiffness.entry(2, 2), volume),
             None => {
                 let elastic = scaled(2. * law.shear, &add(&strain, -1., &old.plastic_strain));
@@ -73,7 +75,8 @@ pub(super) fn plane_stress(
             }
         }
     });
-    let returned = law.respond(&deviator(volume), old)?;
+    // The root is where the law was asked last.
+    let returned = last?;
     Some(Yielded {
         strain: [strain[0], strain[1], volume - xx - yy + heat, xy, 0., 0.],
         stress: add_mean(&returned.deviator, law.bulk * volume),

@@ -70,9 +70,10 @@ impl ElastoPlastic {
 
     /// The answer to a total strain in the plane (11, 22, gamma12) at the end of an increment that begins in `old`; temperature in K.
     ///
-    /// Without yielding it is the elastic law, with no plastic strain bit by bit [`LinearElastic::law`]; else the law is the tangent
-    /// at this strain. With recall of the backstress the tangent is not symmetric, and its symmetric part is given. The flow theory has no
-    /// secant: there [`Tangent::Secant`] is the consistent tangent. The deformation theory uses `old` only for the plastic work.
+    /// Without yielding it is the elastic law, with no plastic strain bit by bit [`LinearElastic::law`]; else the law
+    /// is the tangent at this strain. With recall of the backstress the tangent is not symmetric, and its symmetric
+    /// part is given. The flow theory has no secant: there [`Tangent::Secant`] is the consistent tangent. The
+    /// deformation theory uses `old` only for the plastic work.
     pub fn respond(
         &self,
         strain: [f64; 3],
@@ -127,8 +128,8 @@ impl ElastoPlastic {
         }
     }
 
-    /// sigma = C (eps - eps_th - eps_p): the plastic strain, without volume, adds -2 G eps_p in plane strain and -H eps_p in plane
-    /// stress, where the strain across the plane is free.
+    /// sigma = C (eps - eps_th - eps_p): the plastic strain, without volume, adds -2 G eps_p in plane strain and
+    /// -H eps_p in plane stress, where the strain across the plane is free.
     fn frozen_law(&self, parameters: &Parameters, plastic: &Tensor) -> PointLaw {
         let law = self.elastic.law_of(parameters);
         if plastic == &[0.; 6] {

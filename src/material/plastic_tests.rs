@@ -173,7 +173,7 @@ fn compression_in_plane_strain() {
         (2.1e9, 1e-2, [3.013489e8, 1.500645e8, 3.012397e8, 1.439510e8]),
     ] {
         for (i, (found, expected)) in run(modulus, strain).into_iter().zip(expected).enumerate() {
-            close(found, expected, if i < 2 { 2e-5 } else { 3e-7 });
+            close(found, expected, if i < 2 { 2e-5 } else { 5e-7 });
         }
     }
 }
@@ -458,6 +458,12 @@ fn round_off_on_the_yield_surface_is_elastic() {
     }
 }
 
+/// Of this thread, s; nought where the system does not tell.
+fn processor_time() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.) * 1e-9
+}
+
 /// Not a test of speed, which a shared machine cannot keep: `cargo test --release material -- --ignored --nocapture`.
 #[test]
 #[ignore]
@@ -469,14 +475,14 @@ fn time_of_a_point() {
             let law = law(hardening, None, analysis);
             let mut random = Random(1);
             let strains: Vec<_> = (0..1000).map(|_| random.strain(6e-3)).collect();
-            let begin = std::time::Instant::now();
+            let begin = processor_time();
             let mut sum = 0.;
             for _ in 0..100 {
                 for strain in &strains {
                     sum += law.respond(*strain, &VIRGIN, None, Tangent::Consistent).law.h[0][0];
                 }
             }
-            println!("{analysis:?} {name}: {:.3} us ({sum:.1e})", begin.elapsed().as_secs_f64() * 10.);
+            println!("{analysis:?} {name}: {:.3} us ({sum:.1e})", (processor_time() - begin) * 10.);
         }
     }
 }

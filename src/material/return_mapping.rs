@@ -104,8 +104,9 @@ impl ReturnMapping<'_> {
         let begin = trial.condition(0.);
         let (yield_stress, slope) = self.hardening.at(old.equivalent, self.temperature);
         let excess = begin.q - yield_stress;
-        // Not "<=": no flow out of a strain that is not a number.
-        if !(excess > TIE * yield_stress) {
+        // False for a strain that is not a number, too.
+        let leaves = excess > TIE * yield_stress;
+        if !leaves {
             return None;
         }
         let dp = match self.hardening {
@@ -187,7 +188,8 @@ impl Trial<'_> {
     }
 
     /// With (3/2)^(1/2) n dp the plastic strain, theta = 3 G dp / q and D the slope of the yield condition:
-    /// d s = 2 G (1 - theta) de + (2 G theta - 6 G^2 / D) n (n:de) - theta gamma w 6^(1/2) G / D (beta_old - n n:beta_old) n:de.
+    /// d s = 2 G (1 - theta) de + (2 G theta - 6 G^2 / D) n (n:de)
+    ///       - theta gamma w 6^(1/2) G / D (beta_old - n n:beta_old) n:de.
     fn returned(&self, dp: f64) -> Returned {
         let (shear, old) = (self.law.shear, self.old);
         let condition = self.condition(dp);
