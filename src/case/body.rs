@@ -114,7 +114,11 @@ fn check_heat(fields: &Fields<'_>, material: &MaterialCase) {
 }
 
 /// The temperature of a body grows from one reference temperature, whatever its materials.
-fn check_references<'a>(fields: &Fields<'_>, mut materials: impl Iterator<Item = &'a MaterialCase>) {
+fn check_references<'a>(fields: &Fields<'_>, materials: impl Iterator<Item = &'a MaterialCase>) {
+    // What heat does nothing to is refused already.
+    let heated =
+        |material: &&MaterialCase| material.expansion.is_some() || material::over_temperature(material);
+    let mut materials = materials.filter(heated);
     let Some(first) = materials.next().filter(|_| fields.has("temperature")) else { return };
     if let Some(other) = materials.find(|other| other.reference_temperature != first.reference_temperature) {
         let said =
