@@ -1,6 +1,6 @@
 //! Reads what yields: `[material.NAME.plasticity]`, and `[plasticity]`, how it is computed.
-use super::material::{property, temperature};
 use super::node::Value;
+use super::property::{property, temperature};
 use super::reader::{Field, Fields, all};
 use super::{BodyCase, PlasticityCase, Property, Tangent, Theory, ZoneCase};
 use crate::material::{Hardening, Kinematic, Plasticity};
