@@ -7,6 +7,7 @@ use super::reader::{Field, Fields};
 use super::shape::{self, existing_file};
 use super::temperature_file;
 use super::units::Dimension;
+use super::within::within;
 use super::{
     BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Region, ResponseCase, Scalar, Support,
     Temperature, Units, nearest, solver_options,
@@ -114,7 +115,11 @@ fn check_heat(fields: &Fields<'_>, material: &MaterialCase) {
 }
 
 /// The temperature of a body grows from one reference temperature, whatever its materials.
-fn check_references<'a>(fields: &Fields<'_>, mut materials: impl Iterator<Item = &'a MaterialCase>) {
+fn check_references<'a>(fields: &Fields<'_>, materials: impl Iterator<Item = &'a MaterialCase>) {
+    // What heat does nothing to is refused already.
+    let heated =
+        |material: &&MaterialCase| material.expansion.is_some() || material::over_temperature(material);
+    let mut materials = materials.filter(heated);
     let Some(first) = materials.next().filter(|_| fields.has("temperature")) else { return };
     if let Some(other) = materials.find(|other| other.reference_temperature != first.reference_temperature) {
         let said =
@@ -244,21 +249,4 @@ fn region(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Region> {
         (None, Some([x, y])) => Some(Region::Point([x, y, 0.0])),
         (None, None) => None,
     }
-}
-
-/// The box `within`.
-pub(super) fn within(fields: &Fields<'_>) -> Option<[[f64; 3]; 2]> {
-    let table = fields.table("within")?;
-    let mut limits = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
-    if table.given(&["x", "y"]).is_empty() {
-        table.error("names no direction; give x = [from, to] or y = [from, to]");
-    }
-    for (axis, key) in ["x", "y"].into_iter().enumerate() {
-        match table.numbers(key).as_deref() {
-            Some([low, high]) if low <= high => (limits[0][axis], limits[1][axis]) = (*low, *high),
-            Some(_) => table.error_at(key, "two numbers are needed, the smaller first"),
-            None => {}
-        }
-    }
-    Some(limits)
 }

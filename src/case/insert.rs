@@ -1,7 +1,7 @@
 //! Reads `[[body.insert]]`: the parts of a body that are of other materials.
-use super::body::within;
 use super::material::{self, Materials};
 use super::reader::{Fields, all};
+use super::within::within;
 use super::{Geometry, Insert, InsertCells};
 
 /// Inserts of one body: a cell knows its own by a byte.

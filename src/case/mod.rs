@@ -16,6 +16,7 @@ mod nearest;
 mod node;
 mod path;
 mod plasticity;
+mod property;
 mod read;
 mod reader;
 mod reference;
@@ -28,6 +29,7 @@ mod study;
 mod temperature_file;
 mod transform;
 mod units;
+mod within;
 
 pub use alternation::{AlternationCase, Driver, Tolerance, Transfer};
 pub use exact::{ClosedForm, ExactCase, ExactProbe, HertzLoad};

@@ -1,5 +1,6 @@
 //! Reads what yields: `[material.NAME.plasticity]`, and `[plasticity]`, how it is computed.
-use super::material::{property, temperature};
+use super::node::Value;
+use super::property::{property, temperature};
 use super::reader::{Field, Fields, all};
 use super::{BodyCase, PlasticityCase, Property, Tangent, Theory, ZoneCase};
 use crate::material::{Hardening, Kinematic, Plasticity};
@@ -35,6 +36,8 @@ pub(super) fn of_material(fields: &Fields<'_>) -> Option<Plasticity> {
         ["curves"] => curves.map(Hardening::Table),
         ["ramberg_osgood"] => ramberg_osgood,
         ["power"] => power,
+        // Noted already.
+        [] if fields.has("hardening") => None,
         ref given => {
             let given = if given.is_empty() { "none".to_string() } else { given.join(" and ") };
             fields.error(format!("{given} given; exactly one of {} is needed", FORMS.join(", ")));
@@ -126,7 +129,8 @@ fn curve(fields: &Fields<'_>) -> Option<Curve> {
 
 /// Curves by temperature.
 fn curves(fields: &Fields<'_>, field: &Field<'_>) -> Option<Vec<(f64, Curve)>> {
-    let (tables, items) = (fields.tables("curves"), field.items()?);
+    let tables = fields.tables("curves");
+    let Value::Array(items) = &field.node.value else { return None };
     let read = |table: &Fields<'_>| {
         let (temperature, curve) = (temperature(table, "temperature"), curve(table));
         Some((temperature?, curve?))

@@ -22,7 +22,7 @@ stress grows with the equivalent plastic strain p in one of these forms, exactly
 between, constant beyond the ends;\n\
 - `ramberg_osgood`: p = offset (sigma / yield_stress)^exponent: plastic strain from the first load on;\n\
 - `power`: Swift's yield_stress (1 + p / strain)^exponent.\n\n\
-Stresses are true ones; with displacements as small as this program's they are the engineering ones. How bodies that yield are \
+How bodies that yield are \
 computed is said in [`[plasticity]`](#plasticity). A body whose material has tables over temperature needs a `temperature`, \
 here, too.\n\n\
 ```toml\n\
@@ -191,7 +191,7 @@ within = { y = [\"8 mm\", \"10 mm\"] }\n\
             "group",
             Text,
             ABSENT,
-            "The cells of this physical group of the mesh file; they are cells of the body as `mesh.group` says it.",
+            "The cells of the body that are in this physical group of the mesh file; at least one. A body of several groups lists them in `mesh.group`.",
         ),
         key(
             "within",

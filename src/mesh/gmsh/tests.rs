@@ -231,3 +231,21 @@ fn truncated_and_garbled_files_are_errors_not_panics() {
         }
     }
 }
+
+/// Two squares side by side; format 2.2 repeats the second for the group that it is in, too.
+#[test]
+fn a_body_of_several_groups_knows_which_cells_each_has() {
+    let text = with_elements(&["1 3 2 1 1 1 2 3 4", "2 3 2 2 2 2 5 6 3", "3 3 2 3 2 2 5 6 3"]);
+    let raw = parse("m.msh", text.as_bytes()).unwrap();
+    let groups =
+        |names: &[&str]| body::select("m.msh", &raw, names, 1.0).map(|mesh| (mesh.points.len(), mesh.groups));
+    let cells = |list: &[(&str, u32)]| -> BTreeMap<String, Vec<u32>> {
+        list.iter().map(|(name, cell)| (name.to_string(), vec![*cell])).collect()
+    };
+    let whole = cells(&[("group 1", 0), ("group 2", 1), ("group 3", 1)]);
+    assert_eq!(groups(&[]).unwrap(), (6, whole.clone()));
+    assert_eq!(groups(&["group 2", "group 1"]).unwrap(), (6, whole));
+    assert_eq!(groups(&["group 3"]).unwrap(), (4, cells(&[("group 2", 0), ("group 3", 0)])));
+    let error = groups(&["group 1", "grup 2"]).unwrap_err().to_string();
+    assert!(error.contains("is named \"grup 2\"; there are") && error.contains("did you mean"), "{error}");
+}
