@@ -143,7 +143,7 @@ impl Body {
         1.0
     }
 
-    /// Takes the laws for elastic ones with the plastic strains of the accepted state: the way an increment may begin.
+    /// Takes the laws for elastic ones with the plastic strains of the accepted state: the way an increment begins.
     pub fn start_elastic(&mut self) {
         let Some(points) = &mut self.points else { return };
         let temperature = self.temperature.as_ref().map(|t| &t[..]);

@@ -242,7 +242,7 @@ impl Default for PlasticityCase {
         PlasticityCase {
             theory: Theory::Flow,
             tangent: Tangent::Consistent,
-            tolerance: 1e-8,
+            tolerance: 1e-9,
             max_iterations: 25,
             zone: ZoneCase::Automatic,
         }

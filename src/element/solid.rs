@@ -228,8 +228,14 @@ impl SolidElement {
                     }
                     _ => target,
                 };
-                let (residual, none) =
-                    self.internal_residual(&center, dilatation.as_ref(), geometry, &amplitudes, laws, &mut answer);
+                let (residual, none) = self.internal_residual(
+                    &center,
+                    dilatation.as_ref(),
+                    geometry,
+                    &amplitudes,
+                    laws,
+                    &mut answer,
+                );
                 // One that is not finite is seen in the forces at the nodes.
                 if residual <= none || !residual.is_finite() {
                     return Ok(true);

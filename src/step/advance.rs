@@ -3,7 +3,7 @@ use super::{
     contacts::Contacts,
     found::Found,
     neutral::{self, Neutral},
-    newton::{Progress, Rate},
+    newton::Progress,
     place::{Damping, Place, rigid_factor, rigid_factors},
     rows::rigid_motion,
     state::{BodyState, Energy, PairState, State},
@@ -54,8 +54,6 @@ pub(crate) struct Engine {
     neutral: Vec<Neutral>,
     /// The geometry that the rows are of; `None`: not known.
     rows_at: Option<Place>,
-    /// Of bodies that yield: the last increment that was solved.
-    pub(super) last: Option<Rate>,
     pub clock: Clock,
 }
 
@@ -172,8 +170,7 @@ impl Engine {
             true => neutral::find(case, plan, &bodies),
             false => Vec::new(),
         };
-        let mut engine =
-            Engine { bodies, responses, contacts, modes, neutral, rows_at: None, last: None, clock };
+        let mut engine = Engine { bodies, responses, contacts, modes, neutral, rows_at: None, clock };
         engine.rows_at = Some(engine.place_of(case, plan, &State::start())?);
         Ok(engine)
     }
@@ -198,7 +195,7 @@ impl Engine {
         let mut found = Found::none();
         let (mut end, mut decisive);
         let mut damping = Damping::default();
-        let mut newton = case.has_plasticity().then(|| self.begin(scene, from, target, true)).transpose()?;
+        let mut newton = case.has_plasticity().then(|| self.begin(scene, from)).transpose()?;
         let (mut update, mut residuals) = (0, Vec::new());
         loop {
             if updated {
@@ -224,11 +221,6 @@ impl Engine {
                 found.iterations += 1;
                 balanced = matches!(progress, Progress::Solved);
                 if let Progress::Failed(why) = progress {
-                    if iterations.may_begin_again() {
-                        newton = Some(self.begin(scene, from, target, false)?);
-                        (place, warm, damping) = (begun.clone(), from.pairs.clone(), Damping::default());
-                        continue;
-                    }
                     if found.reason.converged() {
                         found.reason = Reason::NoEquilibrium;
                         found.diagnosis.push(why);
@@ -275,9 +267,6 @@ impl Engine {
             }
         }
         found.residuals = residuals;
-        if newton.is_some() && found.reason.converged() {
-            self.remember(plan, from, target.factors, &end.displacement)?;
-        }
         let influences = decisive
             .into_iter()
             .map(|(influence, solution)| Ok((influence, self.recover(plan, &solution, Accuracy::AsSolved)?)))

@@ -29,19 +29,8 @@ const WORK: f64 = 0.5;
 /// ... or if its residual is this share of that at the start.
 const RESIDUAL: f64 = 0.5;
 
-/// Cosine between two increments of the factors above which the next one is begun as the last one ended.
-const ALIKE: f64 = 0.999;
-
 /// Forces of a body below this share of those of all bodies are none.
 const NO_FORCE: f64 = 1e-10;
-
-/// What the last increment has moved, from which the next one is begun.
-pub(super) struct Rate {
-    from: LoadFactors,
-    to: LoadFactors,
-    end: Vec<Vec<f64>>,
-    change: Vec<Vec<f64>>,
-}
 
 /// The iterations of an increment.
 pub(super) struct Newton {
@@ -49,8 +38,6 @@ pub(super) struct Newton {
     limit: usize,
     /// Steps are shortened where they are too long: not those of the secant method, which is kept as its authors have it.
     searches: bool,
-    /// Begun where the last increment leads.
-    extrapolated: bool,
     /// This iterate: displacements and contact forces at the owned nodes of each body.
     at: Nodal,
     /// Whether the supports' displacements are those of the increment: after the first iteration.
@@ -83,45 +70,24 @@ struct Missing {
 }
 
 impl Engine {
-    /// Begins an increment: the points at the state `from`, and the bodies linear where the last increment leads, or elastic.
-    /// Collective.
-    pub(super) fn begin(
-        &mut self,
-        scene: &Scene,
-        from: &State,
-        target: Target,
-        extrapolated: bool,
-    ) -> Result<Newton> {
+    /// Begins an increment: the points at the state `from`, the bodies elastic. Starts that guess what will yield, where the last
+    /// increment leads, take as many iterations on a plastic indentation (58 in place of 56), and a factorisation more. Collective.
+    pub(super) fn begin(&mut self, scene: &Scene, from: &State) -> Result<Newton> {
         let Scene { case, plan, .. } = *scene;
         let PlasticityCase { tolerance, max_iterations: limit, tangent, .. } = case.plasticity;
         let start = self.displacements_of(plan, from)?;
         self.set_points(plan, from)?;
-        let guess = self.last.as_ref().filter(|_| extrapolated);
-        let guess = guess.and_then(|last| last.continued(&start, &from.factors, target.factors));
-        let extrapolated = guess.is_some();
-        let mut newton = Newton {
+        self.bodies.iter_mut().for_each(|body| body.start_elastic());
+        self.linearise(plan)?;
+        Ok(Newton {
             tolerance,
             limit,
             searches: tangent == Tangent::Consistent,
-            extrapolated,
-            at: Nodal { contact: vec![Vec::new(); start.len()], displacement: guess.unwrap_or(start) },
+            at: Nodal { contact: vec![Vec::new(); start.len()], displacement: start },
             moved: false,
             growing: 0,
             residuals: Vec::new(),
-        };
-        if extrapolated {
-            self.evaluate(plan, &newton.at.displacement)?;
-            match self.linearise(plan) {
-                Ok(()) => return Ok(newton),
-                Err(error) if is_of_stiffness(&error) => {}
-                Err(error) => return Err(error),
-            }
-            newton.extrapolated = false;
-            newton.at.displacement = self.displacements_of(plan, from)?;
-        }
-        self.bodies.iter_mut().for_each(|body| body.start_elastic());
-        self.linearise(plan)?;
-        Ok(newton)
+        })
     }
 
     /// Takes `end`, what the linear bodies and their contacts came to, for the next iterate, or as much of the way to it as does
@@ -159,7 +125,6 @@ impl Engine {
                 (end.displacement, end.contact) = between(&newton.at, end, share);
             }
         }
-        if std::env::var("KDEBUG").is_ok() { eprintln!("it {} share {share:.3} ratio {:.2e} norm {:.3e} work {:.3e} before {:?} settled {}", newton.residuals.len(), now.ratio, now.norm, now.work, before.map(|b| (b.norm, b.work)), now.settled); }
         newton.residuals.push(now.ratio);
         newton.at = Nodal { contact: end.contact.clone(), displacement: end.displacement.clone() };
         newton.moved = true;
@@ -174,22 +139,6 @@ impl Engine {
             Err(error) if is_of_stiffness(&error) => Ok(Progress::Failed(error.to_string())),
             Err(error) => Err(error),
         }
-    }
-
-    /// Remembers the increment from `from` to `end`, which is solved.
-    pub(super) fn remember(
-        &mut self,
-        plan: &Plan,
-        from: &State,
-        to: &LoadFactors,
-        end: &[Vec<f64>],
-    ) -> Result<()> {
-        let start = self.displacements_of(plan, from)?;
-        let change = std::iter::zip(end, &start)
-            .map(|(to, from)| std::iter::zip(to, from).map(|(a, b)| a - b).collect())
-            .collect();
-        self.last = Some(Rate { from: from.factors.clone(), to: to.clone(), end: end.to_vec(), change });
-        Ok(())
     }
 
     /// Brings the points to the end `to` of an increment that begins in `from`. Collective.
@@ -288,11 +237,6 @@ impl Missing {
 }
 
 impl Newton {
-    /// True if the increment was begun where the last one leads, and may be begun elastic.
-    pub fn may_begin_again(&self) -> bool {
-        self.extrapolated
-    }
-
     /// An accurate contact asks for equilibrium as accurate.
     pub fn as_accurate_as(&mut self, tolerance: f64) {
         self.tolerance = self.tolerance.min(tolerance);
@@ -320,37 +264,6 @@ impl Newton {
         (!now.ratio.is_finite() || !now.work.is_finite())
             .then(|| "the stresses are not finite numbers".to_string())
     }
-}
-
-impl Rate {
-    /// Where an increment to `factors` that begins at `start`, where the last one ended, leads if it goes on like that; `None` if it
-    /// does not. The same on all ranks.
-    fn continued(&self, start: &[Vec<f64>], from: &LoadFactors, to: &LoadFactors) -> Option<Vec<Vec<f64>>> {
-        if *from != self.to || start != self.end {
-            return None;
-        }
-        let [last, next] = [[&self.from, &self.to], [from, to]].map(|[a, b]| steps(a, b));
-        let dot = |a: &[f64], b: &[f64]| std::iter::zip(a, b).map(|(a, b)| a * b).sum::<f64>();
-        let [both, own, others] = [dot(&last, &next), dot(&last, &last), dot(&next, &next)];
-        (both > ALIKE * (own * others).sqrt()).then(|| {
-            let along = |(u, change): (&Vec<f64>, &Vec<f64>)| {
-                std::iter::zip(u, change).map(|(u, change)| u + both / own * change).collect()
-            };
-            std::iter::zip(start, &self.change).map(along).collect()
-        })
-    }
-}
-
-/// Changes of all factors.
-fn steps(from: &LoadFactors, to: &LoadFactors) -> Vec<f64> {
-    let all = |f: &LoadFactors| {
-        let mut all = vec![f.loads, f.supports, f.temperature];
-        all.extend(&f.paths);
-        all
-    };
-    let (mut from, to) = (all(from), all(to));
-    from.resize(to.len(), 0.0);
-    std::iter::zip(from, to).map(|(a, b)| b - a).collect()
 }
 
 /// Displacements and contact forces a share of the way from one to the other.

@@ -149,7 +149,7 @@ iteration before. It gets to the same answer in many more iterations.",
         key(
             "tolerance",
             Number(D::NUMBER),
-            is("1e-8"),
+            is("1e-9"),
             "Residual of an increment, relative to the forces, from which on it is solved; > 0, < 1e-2.",
         ),
         key(
