@@ -1,14 +1,20 @@
 //! Condensation in two levels, rest and zone, against the factorisation of the whole matrix.
+
 use kontakt::{
     error::Error,
     petsc::{Matrix, Rest, SchurFactor, Session, ZoneFactor},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
+use ranks::on_ranks;
 use std::{
     collections::HashSet,
     rc::Rc,
     time::{Duration, Instant},
 };
+
+mod common;
+#[path = "common/ranks.rs"]
+mod ranks;
 
 /// Numbers in [-1, 1), the same in every run.
 struct Random(u64);
@@ -293,16 +299,54 @@ fn what_is_indefinite_is_an_error(group: &SimpleCommunicator) {
     assert!(not_finite.map_or(true, |s| s.iter().any(|v| v.is_nan())));
 }
 
-/// MPI and PETSc start once: one test function for a run of this program.
+/// A matrix on several ranks is factorised again as it would be anew.
+fn renewed_is_new(group: &SimpleCommunicator) {
+    let grid = Grid::new([11, 8]);
+    let (n, rank, size) = (grid.n(), group.rank() as usize, group.size() as usize);
+    let n_owned = n / size + if rank == 0 { n % size } else { 0 };
+    // The first rank owns the interface.
+    let interface: Vec<i32> = if rank == 0 { (44..60).collect() } else { Vec::new() };
+    let matrix = |e: f64| {
+        let cells = grid.cells();
+        let stiffness: Vec<f64> = (0..cells.len()).map(|i| 1.0 + e * (i % 5) as f64).collect();
+        let mut all = grid.triples(&cells, &stiffness, false);
+        (0..n).filter(|&dof| grid.is_held(dof)).for_each(|dof| all.push(dof, dof, 1.0));
+        if rank > 0 {
+            all = Triples::default();
+        }
+        Matrix::from_triples(group, n_owned, 2, (all.rows, all.columns), all.values).unwrap()
+    };
+    let (mut again, _) = SchurFactor::renewable(group, &matrix(0.0), &interface, "").unwrap();
+    for e in [0.3, -0.1, 0.0] {
+        let a = matrix(e);
+        let s = again.refactorise(group, &a).unwrap();
+        let (new, expected) = SchurFactor::new(group, &a, &interface, "").unwrap();
+        let mut random = Random(rank as u64);
+        let (b, x_b) = (random.vector(n_owned), random.vector(interface.len()));
+        assert_close(&lower(&s), &lower(&expected), "S");
+        let [reduced, expected] = [&again, &new].map(|f| f.reduce(group, &b).unwrap());
+        assert_close(&reduced, &expected, "reduced");
+        let [x, expected] = [&again, &new].map(|f| f.expand(group, &b, &x_b).unwrap());
+        assert_close(&x, &expected, "expanded");
+    }
+    assert!(matches!(again.refactorise(group, &matrix(-1.0)), Err(Error::Indefinite(_))));
+    let (mut once, _) = SchurFactor::new(group, &matrix(0.0), &interface, "").unwrap();
+    assert!(once.refactorise(group, &matrix(0.0)).is_err());
+}
+
 #[test]
 fn zones_agree_with_the_whole() {
-    let universe = mpi::initialize().unwrap();
-    let session = Session::start().unwrap();
-    let group = universe.world().duplicate();
-    all_zones_agree(&group);
-    what_is_indefinite_is_an_error(&group);
-    drop(group);
-    drop(session);
+    on_ranks("zones_agree_with_the_whole", &[1], all_zones_agree);
+}
+
+#[test]
+fn indefinite_zones_are_errors() {
+    on_ranks("indefinite_zones_are_errors", &[1], what_is_indefinite_is_an_error);
+}
+
+#[test]
+fn a_factor_is_renewed() {
+    on_ranks("a_factor_is_renewed", &[1, 2, 3], renewed_is_new);
 }
 
 /// Best of three.
