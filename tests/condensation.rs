@@ -195,7 +195,7 @@ fn agrees(group: &SimpleCommunicator, name: &str, case: &Case, upper: bool) {
     let (mut zone, mut s) = ZoneFactor::new(group, rest.clone(), first.parts()).unwrap();
     // Right-hand sides: any, the same but for the zone, none in the rest, nothing.
     let any = random.vector(n);
-    let mut sides = vec![any.clone(), any.clone(), random.vector(n), vec![0.0; n]];
+    let mut sides = [any.clone(), any.clone(), random.vector(n), vec![0.0; n]];
     let inside = |dof: &usize| !rest.zone_unknowns().contains(dof);
     (0..n).filter(|dof| !inside(dof)).for_each(|dof| sides[1][dof] += random.next());
     (0..n).filter(inside).for_each(|dof| sides[2][dof] = 0.0);
@@ -243,12 +243,15 @@ fn top(grid: &Grid, from: usize, to: usize) -> Vec<i32> {
     (from..to).flat_map(|x| [2 * (first + x), 2 * (first + x) + 1]).map(|dof| dof as i32).collect()
 }
 
+/// Tells the cells of a zone.
+type IsZone<'z> = &'z dyn Fn(&[usize; 2]) -> bool;
+
 fn all_zones_agree(group: &SimpleCommunicator) {
     let nodes = [11, 8];
     let mut random = Random(3);
     let scattered: HashSet<[usize; 2]> =
         Grid::new(nodes).cells().into_iter().filter(|_| random.next() > 0.4).collect();
-    let zones: [(&str, &dyn Fn(&[usize; 2]) -> bool); 9] = [
+    let zones: [(&str, IsZone); 9] = [
         ("nothing", &|_| false),
         ("everything", &|_| true),
         ("under the interface", &|c| (2..8).contains(&c[0]) && c[1] > 3),
@@ -377,9 +380,9 @@ fn measure() {
         let stiffness = vec![1.0; case.zone.len()];
         if share == 0.02 {
             let a = case.matrix(&group, &stiffness);
-            let (_, once) = timed(|| SchurFactor::new(&group, &a, &case.interface, "").unwrap());
             let ((mut whole, _), first) =
                 timed(|| SchurFactor::renewable(&group, &a, &case.interface, "").unwrap());
+            let (_, once) = timed(|| SchurFactor::new(&group, &a, &case.interface, "").unwrap());
             let (_, again) = timed(|| whole.refactorise(&group, &a).unwrap());
             let b = Random(1).vector(case.grid.n());
             let (x_b, reduce) = timed(|| whole.reduce(&group, &b).unwrap());
