@@ -30,6 +30,7 @@ mod soft;
 mod solver;
 mod system;
 mod temperature;
+mod zone;
 
 pub use build::AssembledBody;
 pub use condensed::Condensed;
@@ -41,7 +42,7 @@ pub use interface::{BodyRow, Interface};
 pub use load::LoadFactors;
 pub use motion::{name_bodies, name_motion};
 pub use options::options_prefix;
-pub use points::Unbalanced;
+pub use points::{Extent, Unbalanced};
 pub use recovery::{Balance, Fields, PlasticFields, PointStresses};
 pub use region::{Region, find_facets, mesh_extent};
 pub use response::Response;
@@ -63,6 +64,7 @@ use points::Points;
 use soft::Split;
 use std::rc::Rc;
 use system::System;
+use zone::Zone;
 
 /// One body on its rank group.
 pub struct Body {
@@ -86,6 +88,10 @@ pub struct Body {
     loads: Loads,
     /// Of a body that yields.
     points: Option<Points>,
+    /// Of a body on one rank that yields and answers by its Schur complement.
+    zone: Option<Zone>,
+    /// True while that is what the system is of.
+    zone_acts: bool,
     system: Rc<System>,
     split: Option<Split>,
     /// Entries of a global vector for all nodes of the part.
