@@ -137,7 +137,8 @@ impl Body {
         let yields = model.laws.yield_somewhere();
         let points = yields.then(|| Points::new(&part.cells, rule, whole.plasticity.tangent));
         let may_have_zone = yields && condensed && parts == 1 && whole.plasticity.zone != ZoneCase::Never;
-        let zone = may_have_zone.then(|| Zone::new(whole.plasticity.zone, &part));
+        let zone =
+            may_have_zone.then(|| Zone::new(whole.plasticity.zone, &part, interface.nodes.len() * dim));
         let cost = SharedCost::default();
         cost.add(|c| c.assemble = start.elapsed().as_secs_f64());
         if stretching(mesh) > STRETCHED {

@@ -37,7 +37,7 @@ pub use condensed::Condensed;
 pub use constraint::{Constraints, Fixing, NodeConstraint};
 pub use cost::Cost;
 pub use elements::Elements;
-pub use estimate::{Estimate, ResponseKind, condense_estimate};
+pub use estimate::{Estimate, ResponseKind, condense_estimate, largest_zone, zone_estimate, zone_whole};
 pub use interface::{BodyRow, Interface};
 pub use load::LoadFactors;
 pub use motion::{name_bodies, name_motion};
@@ -171,9 +171,11 @@ impl Body {
             }
             let rhs: Vec<f64> = std::iter::zip(&self.loads.current, contact).map(|(f, c)| f + c).collect();
             let x = self.system.recover(group, &rhs, &interface)?;
+            // What yields is not linear: the next iteration refines it.
+            let is_linear = self.points.as_ref().is_none_or(Points::is_elastic);
             let x = match accuracy {
-                Accuracy::Refined => self.system.refine(group, &rhs, x)?,
-                Accuracy::AsSolved => x,
+                Accuracy::Refined if is_linear => self.system.refine(group, &rhs, x)?,
+                Accuracy::Refined | Accuracy::AsSolved => x,
             };
             self.fill_slaves(group, self.model.constraints.from_frames(&x, self.part.dim))?
         } else {

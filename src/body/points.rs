@@ -147,6 +147,11 @@ impl Points {
         self.elastic = None;
     }
 
+    /// True if nothing yields, on no rank.
+    pub fn is_elastic(&self) -> bool {
+        self.is_elastic
+    }
+
     /// Where the factor of a stiffness that is not elastic is kept, to be made again for the next one; `None` while it is elastic.
     pub fn renewable(&mut self) -> Option<&mut Option<Rc<RefCell<SchurFactor>>>> {
         (!self.is_elastic).then_some(&mut self.renewable)

@@ -6,6 +6,8 @@
 use super::{
     Body,
     assembly::{Model, Share},
+    estimate::largest_zone,
+    hanging::Hanging,
     load::{LoadFactors, Part, scaled},
     points::Points,
 };
@@ -25,15 +27,10 @@ const BLOCK: usize = 64;
 /// has the rest condensed anew.
 const NEAR: f64 = 0.6;
 
-/// Share of the cells above which the whole body is factorised: a zone saves less than it costs.
-const LARGEST: f64 = 0.4;
-
-/// Unknowns below which a body is always factorised as a whole.
-const SMALLEST: usize = 4000;
-
 /// What a body knows of its zone.
 pub(super) struct Zone {
-    kind: ZoneCase,
+    /// Largest share of the cells.
+    largest: f64,
     /// Cells by blocks.
     blocks: Vec<Vec<u32>>,
     /// The zone, while the rest is condensed.
@@ -56,12 +53,17 @@ struct Condensed {
 }
 
 impl Zone {
-    /// `None` where there is none: on several ranks, in bodies that do not answer by their Schur complement, or if nobody wants one.
-    pub fn new(kind: ZoneCase, part: &MeshPart) -> Zone {
+    /// Of a body with so many unknowns on its interface.
+    pub fn new(kind: ZoneCase, part: &MeshPart, n_interface_dofs: usize) -> Zone {
+        let largest = match kind {
+            ZoneCase::Never => 0.0,
+            ZoneCase::Always => 1.0,
+            ZoneCase::Automatic => largest_zone(part.n_owned * part.dim, n_interface_dofs, part.dim),
+        };
         let mut cells: Vec<u32> = (0..part.cells.len() as u32).collect();
         let mut blocks = Vec::new();
         divide(&centres(part), &mut cells, &mut blocks);
-        Zone { kind, blocks, state: None }
+        Zone { largest, blocks, state: None }
     }
 
     /// Share of the cells that iterations factorise.
@@ -80,7 +82,7 @@ impl Zone {
     }
 
     /// The zone that holds all cells that yield, and those near to it if it is new; `None` if the whole body is to be factorised.
-    fn grown(&self, yields: &[bool], is_near: impl Fn(usize) -> bool, n_dofs: usize) -> Option<Vec<bool>> {
+    fn grown(&self, yields: &[bool], is_near: impl Fn(usize) -> bool) -> Option<Vec<bool>> {
         let touched = |block: &[u32], test: &dyn Fn(usize) -> bool| block.iter().any(|&c| test(c as usize));
         let holds = |is_in: &[bool]| (0..yields.len()).all(|c| !yields[c] || is_in[c]);
         let known = self.cells().filter(|is_in| holds(is_in));
@@ -97,12 +99,7 @@ impl Zone {
             }
         };
         let share = share_of(&is_in);
-        let is_worth_it = match self.kind {
-            ZoneCase::Never => false,
-            ZoneCase::Always => share < 1.0,
-            ZoneCase::Automatic => share <= LARGEST && n_dofs >= SMALLEST,
-        };
-        is_worth_it.then_some(is_in)
+        (share <= self.largest && share < 1.0).then_some(is_in)
     }
 }
 
@@ -113,8 +110,7 @@ impl Body {
         let start = Instant::now();
         let temperature = self.temperature.as_ref().map(|t| &t[..]);
         let near = |cell: usize| points.loading(cell, &self.model, temperature) > NEAR;
-        let n_dofs = self.part.n_owned * self.part.dim;
-        let Some(is_in) = zone.grown(points.yielding(), near, n_dofs) else {
+        let Some(is_in) = zone.grown(points.yielding(), near) else {
             zone.dissolve();
             return Ok(false);
         };
@@ -235,7 +231,7 @@ fn condense(
 /// Unknowns that chosen cells touch, those of the masters of their slaves included.
 fn touched(part: &MeshPart, chosen: impl Fn(usize) -> bool) -> Vec<bool> {
     let mut touched = vec![false; part.n_owned * part.dim];
-    let hanging = super::hanging::Hanging::of(part);
+    let hanging = Hanging::of(part);
     for (_, cell) in part.cells.iter().enumerate().filter(|(c, _)| chosen(*c)) {
         let masters = hanging.reduce(cell).map(|reduced| reduced.nodes).unwrap_or_default();
         for &node in cell.nodes().iter().chain(&masters) {
