@@ -74,7 +74,9 @@ impl Pair {
         match &case.steps[..] {
             [step] => match step.increments {
                 Increments::Equal(n) => self.plastic = Some(n),
-                Increments::Automatic => return Err(Error::internal("increments the other programs do not know")),
+                Increments::Automatic => {
+                    return Err(Error::internal("increments the other programs do not know"));
+                }
             },
             _ => return Err(Error::internal("steps the other programs' decks do not know")),
         }

@@ -15,7 +15,10 @@ pub const FRICTION_SETTING: &str = "- GetFEM: FEM_QK(2,1), basic contact brick o
                            solution; the other two ended elsewhere or did not converge. The nodal contact brick takes the normals of one surface, along which the\n  \
                            approach of the surfaces is slip, and was off by 6 % in q at 40 000 unknowns.\n";
 
-pub const PLASTICITY_SETTING: &str = "- GetFEM: todo\n";
+pub const PLASTICITY_SETTING: &str = "- GetFEM: FEM_QK(2,1), plane strain Prandtl Reuss with linear hardening in displacements only (the multiplier eliminated at the points),\n  \
+                                      basic contact brick on opposite nodes, symmetric augmented Lagrangian with r = 0.1 E, MUMPS, full Newton steps. Each step starts from the\n  \
+                                      last one repeated (a fifth fewer iterations than from its end), the first from the elastic solution: from the bodies moved with what moves\n  \
+                                      them it does not converge.\n";
 
 /// By how much the second body is put lower where both are one mesh: GetFEM joins points that coincide.
 const APART: f64 = 1e-3;
@@ -119,9 +122,8 @@ fn mesh(pair: &Pair, bodies: &[usize]) -> String {
         }
     }
     text += "\nEND MESH STRUCTURE DESCRIPTION\n";
-    let regions = std::iter::zip(&first, bodies).flat_map(|(&(_, cells), &b)| {
-        [(cells, pair.flat_facets(b).to_vec()), (cells, pair.facets(b))]
-    });
+    let regions = std::iter::zip(&first, bodies)
+        .flat_map(|(&(_, cells), &b)| [(cells, pair.flat_facets(b).to_vec()), (cells, pair.facets(b))]);
     for (i, (cells, facets)) in regions.enumerate() {
         let _ = writeln!(text, "BEGIN REGION {}", i + 1);
         for f in facets {

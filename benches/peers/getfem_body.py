@@ -41,7 +41,11 @@ class Yielding:
 
     LAW = "plane strain Prandtl Reuss linear hardening", "DISPLACEMENT_ONLY"
 
+    # Times the yield stress, which nothing reaches.
+    ELASTIC = 1e9
+
     def __init__(self, md, u, rule, fem, stress, hardening):
+        self.stress = stress
         for name, value in {"stress_y": stress, "hardening": hardening}.items():
             md.add_initialized_data(name, [value])
         md.add_fem_data(f"Previous_{u}", fem)
@@ -50,6 +54,13 @@ class Yielding:
         parameters = "lambda", "mu", "stress_y", "0", "hardening", "1", "1"
         self.arguments = rule, *self.LAW, u, "xi", "Previous_Ep", "Previous_alpha", *parameters
         md.add_small_strain_elastoplasticity_brick(*self.arguments)
+
+    def elastic(self, md):
+        """Newton steps of bodies that do not yield."""
+        md.set_variable("stress_y", [self.ELASTIC * self.stress])
+        steps = solve(md)
+        md.set_variable("stress_y", [self.stress])
+        return steps
 
     def next(self, md):
         """What has yielded counts from here."""

@@ -13,6 +13,7 @@ import numpy as np
 
 FLATS, ARCS = (1, 3), (2, 4)
 SYMMETRIC = 2
+LITTLE = 1e-9
 
 directory = sys.argv[1]
 apart, *rest = (float(v) for v in sys.argv[2:])
@@ -38,13 +39,19 @@ steps, before = [], np.zeros(fem.nbdof())
 for i in range(1, int(increments) + 1):
     for b in (0, 1):
         md.set_variable(f"lift{FLATS[b]}u", [0, i / increments * lifts[b]])
-    # Every increment starts from the last one repeated, the first from both bodies moved with what moves them.
-    start = md.variable("u")
     if i == 1:
+        # From the bodies moved with what moves them it finds the contact only while they are elastic.
+        # Its law has no derivative where there is no strain at all.
+        start = np.zeros(fem.nbdof())
+        start[::2] = LITTLE * x
         start[1::2] = np.where(y > -0.5 * apart, *lifts) / increments
+        md.set_variable("u", start)
+        steps.append(law.elastic(md))
     else:
-        start, before = 2 * start - before, start
-    md.set_variable("u", start)
+        # From the last increment repeated.
+        start = md.variable("u")
+        md.set_variable("u", 2 * start - before)
+        before = start
     steps.append(body.solve(md))
     law.next(md)
 body.export(md, "u", fem, node, f"{directory}/bodies.vtk")
