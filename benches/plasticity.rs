@@ -30,8 +30,8 @@ const KONTAKT_YIELDS: bool = false;
 const SIZES: &[(f64, usize)] = &[(5e3, 3), (20e3, 2), (77e3, 1)];
 /// The same for kontakt against itself.
 const ZONE_SIZES: &[(f64, usize)] = &[(77e3, 3)];
-/// Displacements of the disc, m: about 5, 15 and 30 % of the elements yield.
-const DEPTHS: [f64; 3] = [0.04e-3, 0.07e-3, DEPTH];
+/// Displacements of the disc, m: about 5, 15 and 27 % of the elements yield.
+const DEPTHS: [f64; 3] = [0.05e-3, 0.08e-3, DEPTH];
 /// Against the other programs.
 const DEPTH: f64 = 0.12e-3;
 /// As in the case.
@@ -207,8 +207,12 @@ fn own(directory: &Path) -> Result<Found> {
     let summary: Value = serde_json::from_str(&text).map_err(Error::internal)?;
     let force = summary["pairs"][0]["resultant"][1].as_f64();
     let force = force.ok_or_else(|| Error::internal("kontakt has left no contact force"))?;
-    // One for each step.
-    let steps = summary["plasticity"].as_array().cloned().unwrap_or_default();
+    // One for each step, or one of all.
+    let steps = match &summary["plasticity"] {
+        Value::Array(steps) => steps.clone(),
+        Value::Null => Vec::new(),
+        all => vec![all.clone()],
+    };
     let sum = |key: &str| steps.iter().map(|step| step[key].as_f64()).sum::<Option<f64>>();
     let last = |key: &str| steps.last().and_then(|step| step[key].as_f64());
     let known = |value: Option<f64>| value.filter(|_| !steps.is_empty());

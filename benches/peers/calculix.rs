@@ -18,12 +18,12 @@ pub const FRICTION_SETTING: &str = "- CalculiX: CPE4, node-to-surface contact, l
                            seven times the CPU seconds, and was off by 5 % in q at 40 000 unknowns. Surface-to-surface contact was off by 6 % or more there at its best\n  \
                            penalties: it puts slivers of faces between matching nodes.\n";
 
-pub const PLASTICITY_SETTING: &str = "- CalculiX: CPE4, node-to-surface contact, linear pressure-overclosure with a penalty of E/h, which makes the force less by half a percent\n  \
+pub const PLASTICITY_SETTING: &str = "- CalculiX: CPE4, node-to-surface contact, linear pressure-overclosure with a penalty of E/h, which makes the force less by 0.4 %\n  \
                                       on the coarsest mesh and by 0.1 % from 20 000 unknowns on (3 E/h needs 5 to 10 % more iterations), SPOOLES. The first tenth of the way in\n  \
                                       parts, the first of them a quarter: in one it is cut after twelve iterations. Its tolerance of forces is its own, 0.5 %; all others have 1e-8.\n  \
-                                      Surface-to-surface contact needs twice the iterations, a step for each tenth a fifth more; CPE4R stays off by 0.9 % and needs cuts.\n";
+                                      Surface-to-surface contact needs twice the iterations, a step for each tenth up to a fifth more; CPE4R stays off by 0.9 % and needs cuts.\n";
 
-/// Where the bodies yield, in the same units: the force is less by half a percent on the coarsest mesh, by less on finer ones.
+/// Where the bodies yield, in the same units: the force is less by 0.4 % on the coarsest mesh, by less on finer ones.
 const PLASTIC_PENALTY: f64 = 1.0;
 
 /// With friction: penalty, and stiffness of stick, in the same units. Some others need several increments.

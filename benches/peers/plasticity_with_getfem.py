@@ -35,25 +35,24 @@ md.add_variable("pressing", len(upper))
 md.add_initialized_data("gap", y[upper] - y[lower] - apart)
 md.add_initialized_data("alpha", np.ones(len(upper)))
 md.add_basic_contact_brick("u", "pressing", "r", closing, "gap", "alpha", SYMMETRIC)
-steps, before = [], np.zeros(fem.nbdof())
+steps, ends = [], []
 for i in range(1, int(increments) + 1):
     for b in (0, 1):
         md.set_variable(f"lift{FLATS[b]}u", [0, i / increments * lifts[b]])
-    if i == 1:
-        # From the bodies moved with what moves them it finds the contact only while they are elastic.
-        # Its law has no derivative where there is no strain at all.
+    if not ends:
+        # From the bodies moved with what moves them it finds the contact only while they are elastic. Its law has no derivative where
+        # there is no strain at all.
         start = np.zeros(fem.nbdof())
         start[::2] = LITTLE * x
         start[1::2] = np.where(y > -0.5 * apart, *lifts) / increments
         md.set_variable("u", start)
         steps.append(law.elastic(md))
-    else:
+    elif len(ends) > 1:
         # From the last increment repeated.
-        start = md.variable("u")
-        md.set_variable("u", 2 * start - before)
-        before = start
+        md.set_variable("u", 2 * ends[-1] - ends[-2])
     steps.append(body.solve(md))
     law.next(md)
+    ends.append(md.variable("u"))
 body.export(md, "u", fem, node, f"{directory}/bodies.vtk")
 print("newton", *steps)
 print("steps", sum(steps))
