@@ -21,7 +21,7 @@ pub const FRICTION_SETTING: &str = "- CalculiX: CPE4, node-to-surface contact, l
 pub const PLASTICITY_SETTING: &str = "- CalculiX: CPE4, node-to-surface contact, linear pressure-overclosure with a penalty of E/h, which makes the force less by 0.4 %\n  \
                                       on the coarsest mesh and by 0.1 % from 20 000 unknowns on (3 E/h needs 5 to 10 % more iterations), SPOOLES. The first tenth of the way in\n  \
                                       parts, the first of them a quarter: in one it is cut after twelve iterations. Its tolerance of forces is its own, 0.5 %; all others have 1e-8.\n  \
-                                      Surface-to-surface contact needs twice the iterations, a step for each tenth up to a fifth more; CPE4R stays off by 0.9 % and needs cuts.\n";
+                                      Surface-to-surface contact needs nearly twice the iterations, a step for each tenth up to a fifth more; CPE4R stays off by 0.9 % and needs cuts.\n";
 
 /// Where the bodies yield, in the same units: the force is less by 0.4 % on the coarsest mesh, by less on finer ones.
 const PLASTIC_PENALTY: f64 = 1.0;

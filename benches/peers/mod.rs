@@ -80,11 +80,11 @@ pub fn compare<P: Program>(sizes: &[(f64, usize)], directory: &Path) -> Result<C
     Ok(Comparison { rows, starts })
 }
 
+/// What each program spent and found.
+type Runs<P> = Vec<(Spent, <P as Program>::Found)>;
+
 /// Runs of all programs in turn, the cheapest of each.
-fn measure<P: Program>(
-    (dofs, repetitions): (f64, usize),
-    directory: &Path,
-) -> Result<(usize, Vec<(Spent, P::Found)>)> {
+fn measure<P: Program>((dofs, repetitions): (f64, usize), directory: &Path) -> Result<(usize, Runs<P>)> {
     let pair = P::scene(dofs)?;
     for program in P::ALL {
         program.prepare(&pair, dofs, directory)?;
