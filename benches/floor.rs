@@ -159,7 +159,7 @@ fn measure(world: &SimpleCommunicator, dofs: f64, repetitions: usize) -> Result<
     let case = sized_case(dofs, 1.0)?;
     let plan = Plan::new(&case, world)?;
     let (body, mesh) = glued(&case)?;
-    let whole = Body::assemble(&body, case.analysis, &mesh, world, &[], ResponseKind::Solver)?;
+    let whole = Body::assemble(&body, &case, &mesh, world, &[], ResponseKind::Solver)?;
     let load = whole.load();
     let (mut linear, mut contact) = ([Vec::new(), Vec::new()], Vec::new());
     let mut others = vec![Vec::new(); OTHERS.len()];

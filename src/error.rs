@@ -19,6 +19,9 @@ pub enum Error {
     /// A body answered with what is not a finite number: exit code 3.
     #[error("{0}")]
     NotFinite(String),
+    /// A matrix that a method needs positive definite is not: exit code 1 where no method knows a way on.
+    #[error("{0}")]
+    Indefinite(String),
     /// There is less memory than the run needs: exit code 6. The text names body and need.
     #[error("{0}")]
     Memory(String),
@@ -41,10 +44,15 @@ impl Error {
         Error::Internal(message.to_string())
     }
 
+    /// A matrix that is not positive definite.
+    pub fn indefinite(reason: impl fmt::Display) -> Self {
+        Error::Indefinite(format!("the matrix is not positive definite: {reason}"))
+    }
+
     /// The process exit code (README, "Exit codes").
     pub fn exit_code(&self) -> i32 {
         match self {
-            Error::Internal(_) => 1,
+            Error::Internal(_) | Error::Indefinite(_) => 1,
             Error::Input(_) => 2,
             Error::NotFinite(_) | Error::NotConverged(_) => 3,
             Error::Unrestrained(_) => 4,
@@ -61,6 +69,7 @@ impl Error {
             Error::Unrestrained(_) => 4,
             Error::NotFinite(_) => 5,
             Error::Memory(_) => 6,
+            Error::Indefinite(_) => 7,
         }
     }
 
@@ -72,6 +81,7 @@ impl Error {
             4 => Error::Unrestrained(text),
             5 => Error::NotFinite(text),
             6 => Error::Memory(text),
+            7 => Error::Indefinite(text),
             _ => Error::Internal(text),
         }
     }
@@ -84,6 +94,7 @@ impl Error {
             Error::Unrestrained(text) => Error::Unrestrained(change(text)),
             Error::NotFinite(text) => Error::NotFinite(change(text)),
             Error::Memory(text) => Error::Memory(change(text)),
+            Error::Indefinite(text) => Error::Indefinite(change(text)),
             Error::Internal(text) => Error::Internal(change(text)),
         }
     }

@@ -241,9 +241,22 @@ fn run(case: &Case, out: Option<PathBuf>, adapt: &AdaptArgs, world: &SimpleCommu
         }
         if let Some(energy) = summary.energy {
             let heat = energy.heat.map_or_else(String::new, |heat| format!("heat {heat:.6e}, "));
+            let rubbed =
+                energy.dissipated.map_or_else(String::new, |work| format!("dissipated {work:.6e}, "));
+            let yielded =
+                energy.plastic.map_or_else(String::new, |work| format!("plastic work {work:.6e}, "));
             println!(
-                "energy: external work {:.6e}, {heat}stored {:.6e}, dissipated {:.6e}, imbalance {:.1e}",
-                energy.external, energy.stored, energy.dissipated, energy.imbalance
+                "energy: external work {:.6e}, {heat}stored {:.6e}, {rubbed}{yielded}imbalance {:.1e}",
+                energy.external, energy.stored, energy.imbalance
+            );
+        }
+        for body in summary.plasticity.iter().flat_map(|plasticity| &plasticity.bodies) {
+            println!(
+                "body {}: plastic strain in {:.2} % of its volume, up to {:.3e}, plastic work {:.3e}",
+                body.name,
+                100.0 * body.plastic_volume,
+                body.max_plastic_strain,
+                body.work
             );
         }
         let verdict = if summary.converged { "converged" } else { "NOT CONVERGED" };

@@ -2,10 +2,10 @@
 use std::path::Path;
 
 use kontakt::case::{
-    self, BodyRef, Case, ContactGeometry, Driver, Gap, LoadKind, Property, Region, RigidShape, Scalar,
-    Temperature, Tolerance, Transfer, Weights,
+    self, BodyRef, Case, ContactGeometry, Driver, Gap, InsertCells, LoadKind, PlasticityCase, Property,
+    Region, RigidShape, Scalar, Tangent, Temperature, Theory, Tolerance, Transfer, Weights,
 };
-use kontakt::error::Error;
+use kontakt::{error::Error, material::Hardening};
 
 /// A case that is right; the tests change one thing in it.
 const GOOD: &str = r#"analysis = "plane stress"
@@ -228,6 +228,261 @@ fn materials() {
         ),
         ("temperature = 393", "temperature = -1", "must be >= 0 K"),
     ]);
+}
+
+/// Checks rows of (keys of the plasticity of the material, error they must produce).
+fn check_plasticity(rows: &[(&str, &str)]) {
+    let end = "reference_temperature = 293\n";
+    for (text, expected) in rows {
+        let new = format!("{end}[material.steel.plasticity]\n{text}\n");
+        check(&[(end, &new, expected)]);
+    }
+}
+
+#[test]
+fn materials_that_yield() {
+    check_plasticity(&[
+        ("", "f.toml:8: material.steel.plasticity: none given; exactly one of yield_stress, curve, curves,"),
+        ("hardening = 1", "f.toml:9: material.steel.plasticity.hardening: goes with 'yield_stress'"),
+        ("yield_stress = 0", "f.toml:9: material.steel.plasticity.yield_stress: 0 was given; must be > 0"),
+        (
+            "yield_stress = \"3 mm\"",
+            "'3 mm' is a length; material.steel.plasticity.yield_stress needs a pressure",
+        ),
+        ("yield_stres = 3e8\nyield_stress = 3e8", "unknown key 'yield_stres'; did you mean 'yield_stress'?"),
+        ("yield_stress = 3e8\nhardening = -1", "hardening: -1 was given; must be >= 0: softening gathers"),
+        (
+            "yield_stress = 3e8\npower = { yield_stress = 3e8, strain = 0.01, exponent = 0.2 }",
+            "yield_stress and power given; exactly one of",
+        ),
+        (
+            "yield_stress = { temperature = [293, 373], value = [3e8, 0] }",
+            "plasticity.yield_stress.value: 0 was given (value.1); must be > 0",
+        ),
+        (
+            "yield_stress = { temperature = [293, 373], value = [3e8, 2e8] }",
+            "body.upper.temperature: missing; the material (steel) has tables over temperature: at which",
+        ),
+        (
+            "hardening = 1e9\ncurve = { plastic_strain = [0, 0.1], stress = [3e8, 4e8] }",
+            "plasticity.hardening: goes with 'yield_stress'",
+        ),
+    ]);
+}
+
+#[test]
+fn curves_of_yield_stress() {
+    let curve =
+        |text: &str, expected: &str| check_plasticity(&[(&format!("curve = {{ {text} }}"), expected)]);
+    curve("plastic_strain = [0, 0.1]", "plasticity.curve.stress: missing; it is required");
+    curve(
+        "plastic_strain = [0, 0.1], stress = [3e8]",
+        "2 plastic strains and 1 stresses were given; at least two",
+    );
+    curve("plastic_strain = [0], stress = [3e8]", "at least two of each are needed");
+    curve("plastic_strain = [0.001, 0.1], stress = [3e8, 4e8]", "it begins at 0.001; the first must be 0");
+    curve(
+        "plastic_strain = [0, 0.1, 0.1], stress = [3e8, 4e8, 5e8]",
+        "0.1 follows 0.1; plastic strains must increase",
+    );
+    curve(
+        "plastic_strain = [0, 0.1], stress = [0, 4e8]",
+        "plasticity.curve.stress: 0 was given; must be > 0",
+    );
+    curve(
+        "plastic_strain = [0, 0.1], stress = [3e8, 2e8]",
+        "curve.stress: 200000000 follows 300000000; it must not fall: softening gathers in one row of cells",
+    );
+    let one = "{ temperature = 293, plastic_strain = [0, 0.1], stress = [3e8, 4e8] }";
+    check_plasticity(&[
+        (&format!("curves = [{one}]"), "at least two are needed; one for all temperatures is 'curve'"),
+        (
+            &format!("curves = [{one}, {one}]"),
+            "curves.1.temperature: 293 follows 293; temperatures must increase",
+        ),
+        (&format!("curves = {one}"), "is a table; an array of tables is needed"),
+        (
+            &format!("curves = [{one}, {}]", one.replace("293", "373").replace("[0,", "[1e-4,")),
+            "plasticity.curves.1.plastic_strain: it begins at 0.0001; the first must be 0",
+        ),
+        (&format!("curves = [{one}, {}]", one.replace("293", "-373")), "must be >= 0 K"),
+        (
+            &format!("curves = [{one}, {}]", one.replace("293", "373")),
+            "body.upper.temperature: missing; the material (steel) has tables over temperature",
+        ),
+    ]);
+}
+
+#[test]
+fn laws_of_hardening() {
+    let law = |name: &str, keys: &str| format!("{name} = {{ yield_stress = 3e8, {keys} }}");
+    check_plasticity(&[
+        (&law("ramberg_osgood", "offset = 0.002"), "ramberg_osgood.exponent: missing; it is required"),
+        (&law("ramberg_osgood", "exponent = 1"), "ramberg_osgood.exponent: 1 was given; must be > 1"),
+        (
+            &law("ramberg_osgood", "exponent = 9, offset = 0"),
+            "ramberg_osgood.offset: 0 was given; must be > 0",
+        ),
+        (&law("power", "exponent = 0.2"), "power.strain: missing; it is required"),
+        (&law("power", "exponent = 0.2, strain = 0"), "power.strain: 0 was given; must be > 0"),
+        (&law("power", "exponent = 1.5, strain = 1"), "power.exponent: 1.5 was given; must be in (0, 1]"),
+        ("yield_stress = 3e8\npowr = 1", "unknown key 'powr'; did you mean 'power'?"),
+        ("yield_stress = 3e8\nkinematic.recall = 3", "kinematic.modulus: missing; it is required"),
+        ("yield_stress = 3e8\nkinematic.modulus = 0", "kinematic.modulus: 0 was given; must be > 0"),
+        (
+            "yield_stress = 3e8\nkinematic = { modulus = 1e9, recall = -1 }",
+            "kinematic.recall: -1 was given; must be >= 0",
+        ),
+    ]);
+}
+
+#[test]
+fn how_yielding_is_computed() {
+    let at = "[[contact]]";
+    let rows = [
+        (
+            "theory = \"flwo\"",
+            "plasticity.theory: \"flwo\" was given; one of 'flow', 'deformation' is needed; did you mean 'flow'?",
+        ),
+        (
+            "iteration = \"secant\"",
+            "plasticity.iteration: \"secant\" was given; secant moduli are those of theory = \"deformation\"",
+        ),
+        ("tolerance = 0", "plasticity.tolerance: 0 was given; must be > 0 and < 1e-2"),
+        ("tolerance = 0.01", "must be > 0 and < 1e-2"),
+        ("max_iterations = 0", "an integer from 1 to 1000000 is needed"),
+        (
+            "zone = \"some\"",
+            "plasticity.zone: \"some\" was given; one of 'automatic', 'always', 'never' is needed",
+        ),
+        ("teory = \"flow\"", "plasticity.teory: unknown key 'teory'; did you mean 'theory'?"),
+    ];
+    for (text, expected) in rows {
+        check(&[(at, &format!("[plasticity]\n{text}\n{at}"), expected)]);
+    }
+    let moving =
+        "reference_temperature = 293\nplasticity = { yield_stress = 3e8, kinematic.modulus = 1e9 }\n";
+    let text = GOOD.replacen("reference_temperature = 293\n", moving, 1);
+    assert!(read_text(&text, None, &[]).is_ok());
+    let error = read_text(&text, None, &["plasticity.theory=deformation"]).unwrap_err();
+    assert!(
+        error.contains(
+            "--set: plasticity.theory: \"deformation\" was given; the material 'steel' of body 'lower'"
+        ),
+        "{error}"
+    );
+    assert!(error.contains("backstress is a matter of flow") && error.lines().count() == 1, "{error}");
+}
+
+#[test]
+fn inserts() {
+    let at = "[[body.support]]\n";
+    let insert =
+        |text: &str, expected: &str| check(&[(at, &format!("[[body.insert]]\n{text}\n{at}"), expected)]);
+    insert(
+        "material = \"steel\"",
+        "f.toml:15: body.lower.insert.0: exactly one of 'group' and 'within' is needed",
+    );
+    insert("material = \"steel\"\ngroup = \"a\"\nwithin.x = [0, 1]", "exactly one of 'group' and 'within'");
+    insert("within.x = [0, 1]", "body.lower.insert.0.material: missing; it is required");
+    insert("material = \"stel\"\nwithin.x = [0, 1]", "there is no such material; did you mean 'steel'?");
+    insert(
+        "material = \"steel\"\ngroup = \"a\"",
+        "group: \"a\" was given; a generated mesh has no physical groups",
+    );
+    insert("material = \"steel\"\nwithin = {}", "insert.0.within: names no direction");
+    insert("material = \"steel\"\nwithin.x = [1, 0]", "within.x: two numbers are needed, the smaller first");
+    insert("material = \"steel\"\nwithin.x = [0, 1]\nname = 1", "unknown key 'name'");
+    let other = |keys: &str| format!("material = {{ young = 1e9, poisson = 0.3{keys} }}\nwithin.x = [0, 1]");
+    insert(&other(""), "temperature needs 'expansion' in the material (material of body.lower.insert.0)");
+    insert(
+        &other(", expansion = 1e-5, reference_temperature = 300"),
+        "body.lower.temperature: the materials of a body with a temperature need one 'reference_temperature', from which all of it \
+         is heated; there are 293 of 'steel' and 300 of 'material of body.lower.insert.0'",
+    );
+    let unheated = "[[body.load]]\n";
+    check(&[(
+        unheated,
+        &format!(
+            "[[body.insert]]\nwithin.x = [0, 1]\nmaterial = {{ young = {{ temperature = [1, 2], value = [1, 2] }}, poisson = 0 }}\n{unheated}"
+        ),
+        "body.upper.temperature: missing; the material (material of body.upper.insert.0) has tables",
+    )]);
+    check(&[(
+        "name = \"upper\"\n",
+        "name = \"upper\"\ninsert = 3\n",
+        "body.upper.insert: 3 is an integer; an array of tables is needed: write [[body.insert]]",
+    )]);
+}
+
+/// The lower body's left half of a metal that yields, and how it is computed, changed from outside.
+#[test]
+fn what_yields_arrives_and_is_changed() {
+    let more = "[[body.insert]]\nmaterial = \"soft\"\nwithin.x = [0, 0.02]\n[[body.support]]\n";
+    let soft = "[material.soft]\nyoung = 1e9\npoisson = 0.3\nexpansion = 1e-5\nreference_temperature = 293\n\
+                plasticity.curve = { plastic_strain = [0, \"1 %\"], stress = [\"10 MPa\", 2e7] }\n[[body]]\n";
+    let text = GOOD.replacen("[[body.support]]\n", more, 1).replacen("[[body]]\n", soft, 1);
+    let case = read_text(&text, None, &[]).unwrap();
+    let [insert] = &case.bodies[0].inserts[..] else { panic!("one insert") };
+    let low = [0.0, f64::NEG_INFINITY, f64::NEG_INFINITY];
+    let high = [0.02, f64::INFINITY, f64::INFINITY];
+    assert_eq!(insert.cells, InsertCells::Within([low, high]));
+    let curve = |factor: f64| Hardening::Table(vec![(0.0, vec![(0.0, 1e7 * factor), (0.01, 2e7 * factor)])]);
+    let hardening = |case: &Case| case.bodies[0].inserts[0].material.plasticity.clone().unwrap().hardening;
+    assert_eq!(hardening(&case), curve(1.0));
+    assert_eq!(
+        (case.has_plasticity(), case.bodies[0].yields(), case.bodies[1].yields()),
+        (true, true, false)
+    );
+    assert_eq!(case.plasticity, PlasticityCase::default());
+
+    let scaled = case.rescaled(1e3, 1e-6);
+    assert_eq!(hardening(&scaled), curve(1e-6));
+    let moved = case.translated(1.0, 0.0).unwrap();
+    let InsertCells::Within([low, high]) = moved.bodies[0].inserts[0].cells else { panic!("box") };
+    assert_eq!((low[0], high[0], high[1]), (1.0, 1.02, f64::INFINITY));
+    assert!(case.rotated(1.0).is_err());
+
+    let sets = [
+        "plasticity.theory=deformation",
+        "plasticity.iteration=secant",
+        "material.steel.plasticity.yield_stress=300 MPa",
+        "body.lower.insert.0.material=steel",
+    ];
+    let set = read_text(&text, None, &sets).unwrap();
+    assert_eq!((set.plasticity.theory, set.plasticity.tangent), (Theory::Deformation, Tangent::Secant));
+    assert_eq!(set.plasticity.max_iterations, 1000);
+    let linear =
+        Hardening::Linear { yield_stress: Property::Constant(3e8), modulus: Property::Constant(0.0) };
+    assert_eq!(hardening(&set), linear);
+    assert!(set.bodies[1].yields() && set.fingerprint != case.fingerprint);
+    let variant = "[[variant]]\nname = \"wide\"\nset = { \"material.soft.plasticity\" = { power = { yield_stress = 1e7, strain = 0.01, exponent = 0.5 } }, ";
+    let text = text.replacen("[[variant]]\nname = \"wide\"\nset = { ", variant, 1);
+    let power = Hardening::Power { yield_stress: Property::Constant(1e7), strain: 0.01, exponent: 0.5 };
+    assert_eq!(hardening(&read_text(&text, Some("wide"), &[]).unwrap()), power);
+}
+
+/// `cases/materials.toml` is read by every case that names one of its materials.
+#[test]
+fn every_material_of_the_library_is_one_of_a_body() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/materials.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let names: Vec<&str> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("[material.")?.strip_suffix(']'))
+        .filter(|name| !name.contains('.'))
+        .collect();
+    assert_eq!(names[0], "40Kh");
+    assert!(names.len() > 6, "{names:?}");
+    for name in names {
+        let reference = format!("material = {{ file = \"{}\", name = \"{name}\" }}", file.display());
+        let text = GOOD.replacen("material = \"steel\"", &reference, 1);
+        let case = read_text(&text, None, &[]).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let material = &case.bodies[0].material;
+        assert!(material.plasticity.is_some() && material.expansion.is_some(), "{name}");
+        let stiff = [293.0, 373.0].map(|t| material.young.at(t));
+        assert!(stiff.iter().all(|e| (60e9..220e9).contains(e)), "{name}: {stiff:?}");
+    }
 }
 
 #[test]
@@ -875,6 +1130,12 @@ fn meshes() {
     ]);
     for (text, expected) in [
         ("file = 'no.msh'", "body.lower.mesh.file: \"no.msh\" was given; there is no file no.msh"),
+        (
+            "file = 'no.msh', group = 3",
+            "mesh.group: 3 is an integer; the name of a physical group, or an array",
+        ),
+        ("file = 'no.msh', group = []", "mesh.group: [] was given; at least one group is needed"),
+        ("file = 'no.msh', group = ['a', 'a']", "'a' is named twice"),
         ("rotate = 3", "none given; exactly one of rectangle, block"),
         ("ring.radius = { from = 0, to = 1, cells = 2 }", "the inner radius must be > 0"),
         ("ring.angle = { from = 0, to = 400, cells = 9 }", "goes from 0 to 400 degrees; at most a full turn"),

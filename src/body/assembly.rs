@@ -3,7 +3,9 @@ use super::{
     Constraints, Elements, NodeConstraint,
     entries::{Entries, Lists},
     hanging::{Hanging, Reduced},
+    laws::Laws,
     load::Part,
+    points::Points,
     region,
 };
 use crate::vector::larger;
@@ -11,7 +13,6 @@ use crate::{
     case::{BodyCase, LoadKind, Region},
     element::{MAX_NODES, body_load, facet_load, facet_weights},
     error::{Error, Result},
-    material::LinearElastic,
     mesh::{Cell, Facet, Mesh, MeshPart},
     parallel::agree,
     petsc::{Matrix, Vector},
@@ -29,7 +30,7 @@ const MAX_DOFS: usize = 3 * MAX_NODES;
 pub struct Model {
     pub part: Rc<MeshPart>,
     pub elements: Elements,
-    pub law: LinearElastic,
+    pub laws: Laws,
     /// Supports and fixings of this rank's nodes.
     pub constraints: Constraints,
     /// The same with the displacements that follow a path, all others zero.
@@ -38,13 +39,20 @@ pub struct Model {
 }
 
 impl Model {
-    /// The body at nodal temperatures: its matrix, and its right-hand sides by the paths that they follow. Collective.
-    pub fn assemble(&self, temperature: Option<&[f64]>, group: &SimpleCommunicator) -> Result<Assembled> {
+    /// The body at nodal temperatures, with the laws of its points if it yields: its matrix, and its right-hand sides by the paths that
+    /// they follow. Collective.
+    pub fn assemble(
+        &self,
+        temperature: Option<&[f64]>,
+        points: Option<&Points>,
+        group: &SimpleCommunicator,
+    ) -> Result<Assembled> {
         let Stiffness { matrix, thermal, prescribed, diagonal } =
-            self.parameters(temperature, &self.constraints).stiffness(group)?;
+            Parameters { points, ..self.parameters(temperature, &self.constraints) }.stiffness(group)?;
         let mut parts = vec![Part { path: None, forces: prescribed }];
         for (path, supports) in &self.on_paths {
-            let forces = self.parameters(temperature, supports).prescribed_forces(group, diagonal)?;
+            let parameters = Parameters { points, ..self.parameters(temperature, supports) };
+            let forces = parameters.prescribed_forces(group, diagonal)?;
             parts.push(Part { path: Some(*path), forces });
         }
         Ok(Assembled { matrix, thermal, prescribed: parts })
@@ -59,7 +67,8 @@ impl Model {
         Parameters {
             part: &self.part,
             elements: &self.elements,
-            law: &self.law,
+            laws: &self.laws,
+            points: None,
             temperature,
             constraints,
             thickness: self.thickness,
@@ -68,10 +77,13 @@ impl Model {
 }
 
 /// What assembly needs to know of a body.
+#[derive(Clone, Copy)]
 pub struct Parameters<'a> {
     pub part: &'a MeshPart,
     pub elements: &'a Elements,
-    pub law: &'a LinearElastic,
+    pub laws: &'a Laws,
+    /// Laws of the points of a body that yields; `None`: those of `laws`.
+    pub points: Option<&'a Points>,
     pub temperature: Option<&'a [f64]>,
     pub constraints: &'a Constraints,
     pub thickness: f64,
@@ -195,11 +207,11 @@ impl Parameters<'_> {
         chosen: impl Fn(&Cell) -> bool,
     ) -> Result<Contributions> {
         let (part, dim) = (self.part, self.part.dim);
-        let own = || part.cells[..part.n_own_cells].iter().filter(|cell| chosen(cell));
+        let own = || part.cells[..part.n_own_cells].iter().enumerate().filter(|(_, cell)| chosen(cell));
         let hanging = Hanging::of(part);
         let mut lists = Lists::default();
         // A slave has a row of its own: it stays among its cell's nodes.
-        own().for_each(|cell| match hanging.reduce(cell) {
+        own().for_each(|(_, cell)| match hanging.reduce(cell) {
             None => lists.push(cell.nodes().iter().map(|&node| part.global[node as usize])),
             Some(reduced) => {
                 let slaves = cell.nodes().iter().filter(|node| !reduced.nodes.contains(node));
@@ -214,13 +226,18 @@ impl Parameters<'_> {
         let mut supports: [Option<&NodeConstraint>; MAX_NODES] = [None; MAX_NODES];
         let mut global = [0_i32; MAX_DOFS];
         let mut largest: f64 = 0.0;
-        for cell in own() {
+        for (index, cell) in own() {
             let n = cell.kind.n_nodes() * dim;
+            let law = &self.laws.of(cell).elastic;
+            let of_points = self.points.map(|points| points.laws(index));
             cell_points(part, cell, &mut x);
             self.elements.of(cell.kind).stiffness(
                 &x[..cell.kind.n_nodes()],
                 self.thickness,
-                |_, shape| self.law.law(temperature_at(self.temperature, cell, shape)),
+                |point, shape| match of_points {
+                    Some(laws) => laws[point],
+                    None => law.law(temperature_at(self.temperature, cell, shape)),
+                },
                 &mut k[..n * n],
                 &mut f[..n],
             )?;

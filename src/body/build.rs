@@ -4,16 +4,17 @@ use super::{
     assembly::{Assembled, Model},
     condense_estimate,
     cost::SharedCost,
+    laws::Laws,
     load::{Loads, scaled},
     options_prefix,
+    points::Points,
     soft::Split,
     system::{Setting, System},
     temperature::temperatures,
 };
 use crate::{
-    case::{Analysis, BodyCase},
+    case::{BodyCase, Case},
     error::Result,
-    material::LinearElastic,
     mesh::{Cell, Mesh, MeshPart, Numbering, give_to_first, partition},
     parallel::{agree, busy_with},
     petsc::{Gather, Matrix, Stage, Vector, smooth_stretched},
@@ -45,6 +46,7 @@ pub struct AssembledBody {
     model: Model,
     temperature: Option<Rc<Vec<f64>>>,
     loads: Loads,
+    points: Option<Points>,
     matrix: Matrix,
     setting: Setting,
     condensed: bool,
@@ -53,25 +55,25 @@ pub struct AssembledBody {
 }
 
 impl Body {
-    /// Builds the body on its rank group from its whole mesh: partition, assembly, factorisation.
+    /// Builds the body on its rank group from its whole mesh: partition, assembly, factorisation. `whole`: the case that it is of.
     ///
     /// `interface`: mesh nodes that contact may reach, the same on all ranks; rows name them by their position in the
     /// list. The first rank owns them. Collective.
     pub fn new(
         case: &BodyCase,
-        analysis: Analysis,
+        whole: &Case,
         mesh: &Mesh,
         group: &SimpleCommunicator,
         interface: &[u32],
         response: ResponseKind,
     ) -> Result<Body> {
-        Body::assemble(case, analysis, mesh, group, interface, response)?.factorise(group)
+        Body::assemble(case, whole, mesh, group, interface, response)?.factorise(group)
     }
 
     /// The same without the factorisation. Collective.
     pub fn assemble(
         case: &BodyCase,
-        analysis: Analysis,
+        whole: &Case,
         mesh: &Mesh,
         group: &SimpleCommunicator,
         interface: &[u32],
@@ -87,7 +89,7 @@ impl Body {
             (need.bytes + need.factor_bytes) / 1e6
         ));
         // The same on every rank of the group, errors included.
-        let elements = Elements::new(mesh, case, analysis)?;
+        let elements = Elements::new(mesh, case, whole.analysis)?;
         let mut owners = partition(mesh, parts)
             .map_err(|e| case.origin.error(format!("cannot be spread over {parts} ranks: {e}")))?;
         give_to_first(mesh, &mut owners, interface);
@@ -112,10 +114,10 @@ impl Body {
         let model = Model {
             part: part.clone(),
             elements,
-            law: LinearElastic::new(&case.material, analysis),
+            laws: Laws::new(case, whole.analysis, &whole.plasticity),
             constraints: constraints.of_part(&part),
             on_paths: on_paths.into_iter().map(|(path, supports)| (path, supports.of_part(&part))).collect(),
-            thickness: analysis.thickness(),
+            thickness: whole.analysis.thickness(),
         };
         let dim = part.dim;
         let condensed =
@@ -128,7 +130,10 @@ impl Body {
         let parameters = model.parameters(temperature.as_ref().map(|t| &t[..]), &model.constraints);
         let external = parameters.external_forces(case, mesh, group)?;
         let Assembled { matrix, thermal, prescribed } =
-            model.assemble(temperature.as_ref().map(|t| &t[..]), group)?;
+            model.assemble(temperature.as_ref().map(|t| &t[..]), None, group)?;
+        let rule = |cell: &Cell| model.elements.of(cell.kind).points().len();
+        let yields = model.laws.yield_somewhere();
+        let points = yields.then(|| Points::new(&part.cells, rule, whole.plasticity.tangent));
         let cost = SharedCost::default();
         cost.add(|c| c.assemble = start.elapsed().as_secs_f64());
         if stretching(mesh) > STRETCHED {
@@ -156,6 +161,7 @@ impl Body {
             model,
             temperature,
             loads,
+            points,
             matrix,
             setting,
             condensed,
@@ -241,10 +247,14 @@ impl AssembledBody {
             given_temperature: temperature.clone(),
             temperature,
             loads,
+            points: self.points,
             system: Rc::new(system),
             split,
             ghosts: self.ghosts,
         };
+        if let Some(points) = &mut body.points {
+            points.keep_elastic(&body.system);
+        }
         body.loads.mode_work = body.work_on_modes(group);
         body.combine_loads();
         Ok(body)

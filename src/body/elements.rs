@@ -5,6 +5,7 @@ use crate::{
     error::Result,
     material::Analysis,
     mesh::Mesh,
+    vector::larger,
 };
 
 /// The element of each kind, with the formulation the case asks for.
@@ -17,7 +18,11 @@ impl Elements {
         // Contraction across the plane makes up for any in-plane dilatation: plane stress does not lock.
         let poisson = match analysis {
             Analysis::PlaneStress { .. } => 0.0,
-            Analysis::PlaneStrain { .. } => case.material.poisson.largest(),
+            // Plastic strains have no volume.
+            Analysis::PlaneStrain { .. } if case.yields() => 0.5,
+            Analysis::PlaneStrain { .. } => {
+                case.materials().fold(f64::NEG_INFINITY, |most, m| larger(most, m.poisson.largest()))
+            }
         };
         let mut elements = [None; ElementKind::ALL.len()];
         for cell in &mesh.cells {

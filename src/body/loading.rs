@@ -26,11 +26,16 @@ impl Body {
         let heated = factor != before && self.given_temperature.is_some();
         self.loads.factors = factors.clone();
         if heated {
-            let law = &self.model.law;
-            let scaled = |&t: &f64| law.scaled_temperature(t, factor);
+            let laws = &self.model.laws;
+            let scaled = |&t: &f64| laws.scaled_temperature(t, factor);
             self.temperature =
                 self.given_temperature.as_ref().map(|given| Rc::new(given.iter().map(scaled).collect()));
-            if !law.expands_linearly() {
+            if let Some(points) = &mut self.points {
+                // The next linearisation does it.
+                if self.model.laws.stiffness_varies() {
+                    points.forget_elastic();
+                }
+            } else if !laws.expands_linearly() {
                 self.reassemble(group)?;
             }
         }
@@ -40,35 +45,41 @@ impl Body {
 
     /// At the current temperatures; factorises if the stiffness has changed. Collective.
     fn reassemble(&mut self, group: &SimpleCommunicator) -> Result<()> {
+        let kept = (!self.model.laws.stiffness_varies()).then(|| self.system.clone());
+        self.assemble_again(group, kept)
+    }
+
+    /// Assembles at the current temperatures and laws of the points, and factorises, unless a system is given that has kept its
+    /// stiffness. Collective.
+    pub(super) fn assemble_again(
+        &mut self,
+        group: &SimpleCommunicator,
+        kept: Option<Rc<System>>,
+    ) -> Result<()> {
         let stage = Stage::Assemble.enter();
         let start = Instant::now();
         let temperature = self.temperature.as_ref().map(|t| &t[..]);
-        let Assembled { matrix, thermal, prescribed } = self.model.assemble(temperature, group)?;
+        let Assembled { matrix, thermal, prescribed } =
+            self.model.assemble(temperature, self.points.as_ref(), group)?;
         self.loads.thermal = thermal;
         self.loads.prescribed = prescribed;
         self.cost.add(|c| c.assemble += start.elapsed().as_secs_f64());
         drop(stage);
-        if self.model.law.stiffness_varies() {
-            let condensed = self.system.is_condensed();
-            let setting = self.system.setting();
-            let built = System::new(
-                group,
-                matrix,
-                &self.interface,
-                setting,
-                condensed,
-                self.split.as_ref(),
-                &self.cost,
-            );
-            self.system = Rc::new(agree(group, built)?);
+        if let Some(kept) = kept {
+            self.system = kept;
+            return Ok(());
         }
+        let (condensed, setting) = (self.system.is_condensed(), self.system.setting());
+        let split = self.split.as_ref();
+        let built = System::new(group, matrix, &self.interface, setting, condensed, split, &self.cost);
+        self.system = Rc::new(agree(group, built)?);
         Ok(())
     }
 
     /// Right-hand side of the current factors. Not collective.
     pub(super) fn combine_loads(&mut self) {
         let Loads { factors, thermal, temperature_path, .. } = &self.loads;
-        let heat = match self.model.law.expands_linearly() {
+        let heat = match self.model.laws.expands_linearly() && self.points.is_none() {
             true => factors.on_temperature(*temperature_path),
             false => 1.0,
         };

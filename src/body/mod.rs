@@ -13,12 +13,14 @@ mod entries;
 mod estimate;
 mod hanging;
 mod interface;
+mod laws;
 mod load;
 mod loading;
 mod motion;
 mod observed;
 mod options;
 mod parts;
+mod points;
 mod recovery;
 mod region;
 mod response;
@@ -39,7 +41,8 @@ pub use interface::{BodyRow, Interface};
 pub use load::LoadFactors;
 pub use motion::{name_bodies, name_motion};
 pub use options::options_prefix;
-pub use recovery::{Balance, Fields, PointStresses};
+pub use points::Unbalanced;
+pub use recovery::{Balance, Fields, PlasticFields, PointStresses};
 pub use region::{Region, find_facets, mesh_extent};
 pub use response::Response;
 pub use rigid::{FreeModes, RigidMode, free_motions};
@@ -56,6 +59,7 @@ use cost::SharedCost;
 use hanging::Hanging;
 use load::Loads;
 use mpi::topology::SimpleCommunicator;
+use points::Points;
 use soft::Split;
 use std::rc::Rc;
 use system::System;
@@ -80,6 +84,8 @@ pub struct Body {
     /// The same at the current factor.
     temperature: Option<Rc<Vec<f64>>>,
     loads: Loads,
+    /// Of a body that yields.
+    points: Option<Points>,
     system: Rc<System>,
     split: Option<Split>,
     /// Entries of a global vector for all nodes of the part.

@@ -1,11 +1,12 @@
 //! Strains, stresses and the balance of forces from the displacements.
-use super::{Body, assembly, hanging::Hanging};
+use super::{Body, assembly, hanging::Hanging, laws::Law, points::in_plane};
 use crate::{
     contact::vector::dot,
     element::{ElementKind, MAX_NODES, PointGeometry, PointLaw, QuadraturePoint, SolidElement},
     error::Result,
+    material::PointState,
     mesh::Cell,
-    vector::largest,
+    vector::{larger, largest},
 };
 
 /// Tensors are (xx, yy, zz, xy, yz, xz).
@@ -30,6 +31,29 @@ pub struct Fields {
     pub at_points: PointStresses,
     /// Nodal forces of the stresses at the owned nodes, `dim` components each, N.
     pub internal: Vec<f64>,
+    /// Of a body that yields.
+    pub plastic: Option<PlasticFields>,
+}
+
+/// What a body has yielded.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PlasticFields {
+    /// Plastic strain at local nodes.
+    pub strain: Vec<Tensor>,
+    /// Equivalent plastic strain at local nodes, never negative.
+    pub equivalent: Vec<f64>,
+    /// Means over own cells: plastic strain, equivalent plastic strain, plastic work in J/m3.
+    pub cell_strain: Vec<Tensor>,
+    #[allow(missing_docs)]
+    pub cell_equivalent: Vec<f64>,
+    #[allow(missing_docs)]
+    pub cell_work: Vec<f64>,
+    /// Of each own cell: the share of its points at which plastic strain grows.
+    pub cell_yields: Vec<f64>,
+    /// Largest equivalent plastic strain at a point of an own cell.
+    pub largest: f64,
+    /// Volume of the own cells' points that have plastic strain, and of all, m3.
+    pub volume: [f64; 2],
 }
 
 /// Stresses in the plane (11, 22, 12) at the elements' points of all cells of the part, Pa.
@@ -77,6 +101,8 @@ pub struct Balance {
     pub work: [f64; 3],
     /// Elastic energy, J.
     pub stored: f64,
+    /// Plastic work so far, J.
+    pub plastic: f64,
     /// Elastic energy of strains of round-off size, 1e-14, J: a body with less work done on it is not loaded.
     pub noise: f64,
     /// Sum of the sizes of the nodal loads, N.
@@ -86,6 +112,93 @@ pub struct Balance {
     /// What the unit round-off of the displacements makes of the internal forces, eps |u| times the stiffness of the cells
     /// at a node: sum of squares over the nodes, N2, and sum, N.
     pub round_off: [f64; 2],
+}
+
+/// The elastic laws in a cell.
+pub struct CellLaws<'b> {
+    law: &'b Law,
+    cell: &'b Cell,
+    temperature: Option<&'b [f64]>,
+    /// Plastic strains at its nodes.
+    plastic: Option<[Tensor; MAX_NODES]>,
+}
+
+impl CellLaws<'_> {
+    /// Given the shape functions at a point.
+    pub fn at(&self, shape: &[f64]) -> PointLaw {
+        let temperature = assembly::temperature_at(self.temperature, self.cell, shape);
+        let Some(nodal) = &self.plastic else { return self.law.elastic.law(temperature) };
+        let strain = |c: usize| std::iter::zip(shape, nodal).map(|(n, strain)| n * strain[c]).sum();
+        let state = PointState { plastic_strain: std::array::from_fn(strain), ..PointState::default() };
+        self.law.frozen(&state, temperature)
+    }
+}
+
+/// Sums of what a body has yielded.
+struct PlasticSums {
+    fields: PlasticFields,
+}
+
+impl PlasticSums {
+    fn new(n_local: usize) -> PlasticSums {
+        let fields = PlasticFields {
+            strain: vec![[0.0; 6]; n_local],
+            equivalent: vec![0.0; n_local],
+            ..PlasticFields::default()
+        };
+        PlasticSums { fields }
+    }
+
+    /// Adds a cell's values at its nodes.
+    fn add(&mut self, element: SolidElement, cell: &Cell, states: &[PointState]) {
+        if states.iter().all(|state| state.equivalent == 0.0) {
+            return;
+        }
+        let mut values = [[0.0; 7]; MAX_NODES];
+        let of_point = |state: &PointState| {
+            std::array::from_fn(|c| state.plastic_strain.get(c).copied().unwrap_or(state.equivalent))
+        };
+        let at_points: Vec<[f64; 7]> = states.iter().map(of_point).collect();
+        element.to_nodes(&at_points, &mut values[..cell.kind.n_nodes()]);
+        for (value, &node) in values.iter().zip(cell.nodes()) {
+            let node = node as usize;
+            if node < self.fields.equivalent.len() {
+                (0..6).for_each(|c| self.fields.strain[node][c] += value[c]);
+                self.fields.equivalent[node] += larger(value[6], 0.0);
+            }
+        }
+    }
+
+    /// Adds an own cell; its plastic work, J. `yields`: the share of its points at which plastic strain grows.
+    fn add_own(&mut self, states: &[PointState], volumes: &[f64], yields: f64) -> f64 {
+        let fields = &mut self.fields;
+        let volume: f64 = volumes.iter().sum();
+        let mean = |of: &dyn Fn(&PointState) -> f64| {
+            std::iter::zip(states, volumes).map(|(state, v)| v * of(state)).sum::<f64>() / volume
+        };
+        fields.cell_strain.push(std::array::from_fn(|c| mean(&|state| state.plastic_strain[c])));
+        fields.cell_equivalent.push(mean(&|state| state.equivalent));
+        let work = mean(&|state| state.work);
+        fields.cell_work.push(work);
+        fields.cell_yields.push(yields);
+        for (state, v) in std::iter::zip(states, volumes) {
+            fields.largest = larger(fields.largest, state.equivalent);
+            fields.volume[0] += if state.equivalent > 0.0 { *v } else { 0.0 };
+        }
+        fields.volume[1] += volume;
+        work * volume
+    }
+
+    /// `count`: cells at each node.
+    fn finish(mut self, count: &[u32]) -> PlasticFields {
+        let at_nodes = self.fields.strain.iter_mut().zip(&mut self.fields.equivalent);
+        for ((strain, equivalent), n) in at_nodes.zip(count) {
+            let share = 1.0 / f64::from((*n).max(1));
+            strain.iter_mut().for_each(|e| *e *= share);
+            *equivalent *= share;
+        }
+        self.fields
+    }
 }
 
 impl Body {
@@ -112,15 +225,16 @@ impl Body {
         let mut internal = vec![0.0; part.points.len() * dim];
         let mut balance = Balance::default();
         let mut work = Workspace::default();
-        let modulus = self.model.law.plane_modulus();
-        let stiffness = self.model.law.law(None).h[0][0] * self.model.thickness;
+        let modulus = self.model.laws.plane_modulus();
+        let stiffness = self.model.laws.stiffness() * self.model.thickness;
+        let mut plastic = self.points.as_ref().map(|_| PlasticSums::new(part.n_local));
         let mut rounding = vec![0.0; part.points.len()];
         for (i, cell) in part.cells.iter().enumerate() {
-            self.evaluate(cell, u, others, &mut work)?;
+            self.recover_cell(i, cell, u, others, &mut work)?;
             let element = self.model.elements.of(cell.kind);
             let n = cell.kind.n_nodes();
             let n_points = work.geometry.len();
-            let stresses = fields.at_points.push(work.stress.iter().map(|s| [s[0], s[1], s[3]]));
+            let stresses = fields.at_points.push(work.stress.iter().map(in_plane));
             let f = &mut work.force[..n * dim];
             element.internal_force(&work.geometry, self.model.thickness, stresses, f);
             for (other, strains) in
@@ -152,6 +266,18 @@ impl Body {
                     *count += 1;
                 }
             }
+            if let Some(sums) = &mut plastic {
+                let points = self.points.as_ref();
+                let (states, _) = points.map(|points| points.states(i)).unwrap_or_default();
+                let yields = points.map_or(0.0, |points| points.share_yielding(i));
+                sums.add(element, cell, states);
+                if i < part.n_own_cells {
+                    let volume = |g: &PointGeometry| g.area * self.model.thickness;
+                    let volumes: Vec<f64> = work.geometry.iter().map(volume).collect();
+                    balance.plastic += sums.add_own(states, &volumes, yields);
+                }
+            }
+            let law = self.model.laws.of(cell);
             if i < part.n_own_cells {
                 fields.cell_stress.push(SolidElement::mean(&work.geometry, &work.stress));
                 fields.cell_strain.push(SolidElement::mean(&work.geometry, &work.strain));
@@ -161,15 +287,16 @@ impl Body {
                     balance.noise += 1e-28 * modulus * v;
                     let work = v * (s[0] * e[0] + s[1] * e[1] + s[3] * e[2]);
                     balance.work[0] += work;
-                    balance.stored += match t {
-                        Some(_) => v * self.model.law.energy(*s, *t),
-                        None => 0.5 * work,
+                    balance.stored += match (t, &plastic) {
+                        (None, None) => 0.5 * work,
+                        _ => v * law.elastic.energy(*s, *t),
                     };
                     // Where nothing moves the stored energy sets the scale.
                     balance.work[2] += v * (s[0] * s[0] + s[1] * s[1] + s[3] * s[3]) / modulus;
                 }
             }
         }
+        fields.plastic = plastic.map(|sums| sums.finish(&count));
         for (i, n) in count.into_iter().enumerate() {
             let share = 1.0 / f64::from(n.max(1));
             fields.stress[i].iter_mut().chain(&mut fields.strain[i]).for_each(|v| *v *= share);
@@ -207,7 +334,7 @@ impl Body {
 
     /// What is missing to equilibrium at an owned node: where it is free, and along its supports, N. Of all nodal forces those of the
     /// stresses, applied and of contact.
-    fn missing(&self, i: usize, forces: [&[f64]; 3]) -> [[f64; 3]; 2] {
+    pub(super) fn missing(&self, i: usize, forces: [&[f64]; 3]) -> [[f64; 3]; 2] {
         let dim = self.part.dim;
         let [internal, applied, contact] = forces.map(|f| vector(f, i, dim));
         let unbalanced: [f64; 3] = std::array::from_fn(|c| internal[c] - applied[c] - contact[c]);
@@ -220,7 +347,14 @@ impl Body {
 
     /// Law and geometry at the quadrature points of a cell, stress and strain there, and the strains in the plane, those of
     /// `others` after those of `u`.
-    fn evaluate(&self, cell: &Cell, u: &[f64], others: &[&[f64]], work: &mut Workspace) -> Result<()> {
+    fn recover_cell(
+        &self,
+        index: usize,
+        cell: &Cell,
+        u: &[f64],
+        others: &[&[f64]],
+        work: &mut Workspace,
+    ) -> Result<()> {
         let (dim, n) = (self.part.dim, cell.kind.n_nodes());
         assembly::cell_points(&self.part, cell, &mut work.x);
         work.u.clear();
@@ -233,8 +367,11 @@ impl Body {
         let element = self.model.elements.of(cell.kind);
         element.geometry(&work.x[..n], &mut work.geometry)?;
         work.laws.clear();
-        let laws = work.geometry.iter().map(|geometry| self.model.law.law(temperature(&geometry.n[..n])));
-        work.laws.extend(laws);
+        let law = &self.model.laws.of(cell).elastic;
+        match &self.points {
+            Some(points) => work.laws.extend(points.laws(index)),
+            None => work.laws.extend(work.geometry.iter().map(|g| law.law(temperature(&g.n[..n])))),
+        }
         let laws = &work.laws;
         element.strains(
             &work.x[..n],
@@ -246,23 +383,29 @@ impl Body {
         work.stress.clear();
         work.strain.clear();
         work.temperature.clear();
-        for (strain, geometry) in work.plane_strain.iter().zip(&work.geometry) {
-            let t = temperature(&geometry.n[..n]);
-            work.stress.push(self.model.law.stress(*strain, t));
-            work.strain.push(self.model.law.strain(*strain, t));
-            work.temperature.push(t);
+        work.temperature.extend(work.geometry.iter().map(|geometry| temperature(&geometry.n[..n])));
+        if let Some(points) = &self.points {
+            let (states, strains) = points.states(index);
+            work.stress.extend(states.iter().map(|state| state.stress));
+            work.strain.extend(strains);
+            return Ok(());
+        }
+        for (strain, t) in work.plane_strain.iter().zip(&work.temperature) {
+            work.stress.push(law.stress(*strain, *t));
+            work.strain.push(law.strain(*strain, *t));
         }
         Ok(())
     }
 
-    /// Stresses in the plane (11, 22, 12), Pa, at `points` of a cell, added to `stresses`; `u` as in [`Body::recover`].
+    /// Stresses in the plane (11, 22, 12), Pa, at `points` of a cell, by its index, added to `stresses`; `u` as in [`Body::recover`].
     pub fn stresses_at(
         &self,
-        cell: &Cell,
+        index: usize,
         u: &[f64],
         points: &[QuadraturePoint],
         stresses: &mut Vec<[f64; 3]>,
     ) -> Result<()> {
+        let cell = &self.part.cells[index];
         let (dim, n) = (self.part.dim, cell.kind.n_nodes());
         let (mut x, mut own) = ([[0.0; 3]; MAX_NODES], [0.0; 3 * MAX_NODES]);
         assembly::cell_points(&self.part, cell, &mut x);
@@ -270,24 +413,32 @@ impl Body {
             own[a * dim..][..dim].copy_from_slice(&u[node as usize * dim..][..dim]);
         }
         let mut strains = Vec::with_capacity(points.len());
-        let element = self.element(cell.kind);
+        let (element, laws) = (self.element(cell.kind), self.cell_laws(index));
+        let of_points = self.points.as_ref().map(|points| points.laws(index));
         element.strains_at(
             points,
             &x[..n],
             &own[..n * dim],
-            |_, shape| self.law(cell, shape),
+            |point, shape| of_points.map_or_else(|| laws.at(shape), |laws| laws[point]),
             &mut strains,
         )?;
         let at_points = std::iter::zip(points, strains)
-            .map(|(point, strain)| self.law(cell, &cell.kind.shape(&point.xi).n[..n]).stress(strain));
+            .map(|(point, strain)| laws.at(&cell.kind.shape(&point.xi).n[..n]).stress(strain));
         stresses.extend(at_points);
         Ok(())
     }
 
-    /// The law at a point of a cell, given the shape functions there.
-    pub fn law(&self, cell: &Cell, shape: &[f64]) -> PointLaw {
+    /// The elastic laws in a cell, by its index, with the plastic strains it has.
+    pub fn cell_laws(&self, index: usize) -> CellLaws<'_> {
+        let cell = &self.part.cells[index];
+        let plastic = self.points.as_ref().map(|points| {
+            let strains: Vec<Tensor> = points.states(index).0.iter().map(|s| s.plastic_strain).collect();
+            let mut at_nodes = [[0.0; 6]; MAX_NODES];
+            self.element(cell.kind).to_nodes(&strains, &mut at_nodes[..cell.kind.n_nodes()]);
+            at_nodes
+        });
         let temperature = self.temperature.as_ref().map(|t| &t[..]);
-        self.model.law.law(assembly::temperature_at(temperature, cell, shape))
+        CellLaws { law: self.model.laws.of(cell), cell, temperature, plastic }
     }
 
     /// The element of a kind that occurs in the mesh.
@@ -304,6 +455,8 @@ impl Body {
     fn balance(&self, u: &[f64], contact: &[f64], internal: &[f64], balance: &mut Balance) {
         let (part, dim) = (&self.part, self.part.dim);
         let external = self.loads.external_at(&self.loads.factors);
+        // Of a body that yields the current right-hand side has the forces of all its stresses.
+        let inside = self.points.as_ref().map_or(&self.loads.current[..], |points| points.thermal());
         for i in 0..part.n_owned {
             let (x, u) = (part.points[i], vector(u, i, dim));
             let [residual, reaction] = self.missing(i, [internal, &external, contact]);
@@ -312,7 +465,7 @@ impl Body {
             // Loads that cancel inside (initial strain, prescribed motion) still set the scale of round-off.
             let load = match self.model.constraints.0.get(&(i as u32)) {
                 Some(_) => [0.0; 3],
-                None => vector(&self.loads.current, i, dim),
+                None => vector(inside, i, dim),
             };
             balance.residual2[1] += dot(&load, &load);
             balance.scale[0] += dot(&load, &load).sqrt();

@@ -1,4 +1,5 @@
 //! Reads `[[body]]` with its supports, loads and temperature.
+use super::insert;
 use super::material::{self, Materials};
 use super::node::Value;
 use super::path::Paths;
@@ -6,9 +7,10 @@ use super::reader::{Field, Fields};
 use super::shape::{self, existing_file};
 use super::temperature_file;
 use super::units::Dimension;
+use super::within::within;
 use super::{
-    BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Property, Region, ResponseCase, Scalar,
-    Support, Temperature, Units, nearest, solver_options,
+    BodyCase, Formulation, Geometry, Load, LoadKind, MaterialCase, Region, ResponseCase, Scalar, Support,
+    Temperature, Units, nearest, solver_options,
 };
 
 impl ResponseCase {
@@ -33,9 +35,10 @@ pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>, paths: &Paths
     let material = material::of_body(fields, materials);
     let (temperature, temperature_path) = temperature(fields, paths).unzip();
     let temperature_path = temperature_path.flatten();
-    if let Some(material) = &material {
-        check_heat(fields, material);
-    }
+    let inserts = insert::read_all(fields, geometry.as_ref(), materials);
+    let all_materials = || material.iter().chain(inserts.iter().flatten().map(|insert| &insert.material));
+    all_materials().for_each(|material| check_heat(fields, material));
+    check_references(fields, all_materials());
     let surfaces = geometry.as_ref().and_then(generated_surfaces);
     let supports = super::reader::all(fields.tables("support").iter().map(|f| support(f, surfaces, paths)));
     let loads = super::reader::all(fields.tables("load").iter().map(|f| load(f, surfaces, paths)));
@@ -45,7 +48,7 @@ pub(super) fn read(fields: &Fields<'_>, materials: &Materials<'_>, paths: &Paths
         cuts: Vec::new(),
         formulation,
         material: material?,
-        inserts: Vec::new(),
+        inserts: inserts?,
         supports: supports?,
         loads: loads?,
         temperature,
@@ -94,8 +97,7 @@ fn formulation(fields: &Fields<'_>, geometry: Option<&Geometry>) -> Option<Formu
 
 /// Temperature and material must fit together.
 fn check_heat(fields: &Fields<'_>, material: &MaterialCase) {
-    let properties = [Some(&material.young), Some(&material.poisson), material.expansion.as_ref()];
-    let over_temperature = properties.into_iter().flatten().any(Property::is_table);
+    let over_temperature = material::over_temperature(material);
     match fields.has("temperature") {
         true if material.expansion.is_none() && !over_temperature => fields.error_at(
             "temperature",
@@ -109,6 +111,28 @@ fn check_heat(fields: &Fields<'_>, material: &MaterialCase) {
             ),
         ),
         _ => {}
+    }
+}
+
+/// The temperature of a body grows from one reference temperature, whatever its materials.
+fn check_references<'a>(fields: &Fields<'_>, materials: impl Iterator<Item = &'a MaterialCase>) {
+    // What heat does nothing to is refused already.
+    let heated =
+        |material: &&MaterialCase| material.expansion.is_some() || material::over_temperature(material);
+    let mut materials = materials.filter(heated);
+    let Some(first) = materials.next().filter(|_| fields.has("temperature")) else { return };
+    if let Some(other) = materials.find(|other| other.reference_temperature != first.reference_temperature) {
+        let said =
+            |material: &MaterialCase| format!("{} of '{}'", material.reference_temperature, material.name);
+        fields.error_at(
+            "temperature",
+            format!(
+                "the materials of a body with a temperature need one 'reference_temperature', from which all of it is heated; \
+                 there are {} and {}",
+                said(first),
+                said(other)
+            ),
+        );
     }
 }
 
@@ -225,21 +249,4 @@ fn region(fields: &Fields<'_>, surfaces: Option<&[&str]>) -> Option<Region> {
         (None, Some([x, y])) => Some(Region::Point([x, y, 0.0])),
         (None, None) => None,
     }
-}
-
-/// The box `within`.
-pub(super) fn within(fields: &Fields<'_>) -> Option<[[f64; 3]; 2]> {
-    let table = fields.table("within")?;
-    let mut limits = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
-    if table.given(&["x", "y"]).is_empty() {
-        table.error("names no direction; give x = [from, to] or y = [from, to]");
-    }
-    for (axis, key) in ["x", "y"].into_iter().enumerate() {
-        match table.numbers(key).as_deref() {
-            Some([low, high]) if low <= high => (limits[0][axis], limits[1][axis]) = (*low, *high),
-            Some(_) => table.error_at(key, "two numbers are needed, the smaller first"),
-            None => {}
-        }
-    }
-    Some(limits)
 }

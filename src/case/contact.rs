@@ -1,7 +1,8 @@
 //! Reads what joins the bodies and what is reported: `[[contact]]`, `[[probe]]`, `[output]`.
-use super::body::{surface_error, within};
-use super::material::property;
+use super::body::surface_error;
+use super::property::property;
 use super::reader::{Field, Fields, all};
+use super::within::within;
 use super::{
     AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Driver, Gap, Law, OutputCase,
     ProbeCase, Property, StressComponent, SurfaceName, Transfer, nearest,

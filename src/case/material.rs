@@ -2,9 +2,10 @@
 use std::collections::BTreeMap;
 
 use super::node::{Node, Value};
-use super::reader::{Field, Fields, join};
+use super::property::{property, temperature};
+use super::reader::{Field, Fields};
 use super::shape::existing_file;
-use super::{MaterialCase, Property, Units, nearest};
+use super::{MaterialCase, Property, nearest, plasticity};
 
 /// The materials of a case by name; `None` where one has errors, which are noted.
 pub(super) type Materials<'a> = BTreeMap<&'a str, Option<MaterialCase>>;
@@ -18,7 +19,7 @@ pub(super) fn read_all<'a>(fields: &Fields<'a>) -> Materials<'a> {
     fields.named("material").into_iter().map(read_one).collect()
 }
 
-/// The material that a body asks for.
+/// The material that a body, or an insert, asks for.
 pub(super) fn of_body(body: &Fields<'_>, materials: &Materials<'_>) -> Option<MaterialCase> {
     let field = body.field("material")?;
     match &field.node.value {
@@ -78,6 +79,7 @@ fn read(fields: &Fields<'_>, name: &str) -> Option<MaterialCase> {
     );
     let expansion = property(fields, "expansion", |_| true, "");
     let reference = temperature(fields, "reference_temperature");
+    let plasticity = fields.table("plasticity").and_then(|table| plasticity::of_material(&table));
     if fields.has("expansion") && !fields.has("reference_temperature") {
         fields.error_at("reference_temperature", "missing; 'expansion' needs the temperature it counts from");
     }
@@ -87,50 +89,13 @@ fn read(fields: &Fields<'_>, name: &str) -> Option<MaterialCase> {
         poisson: poisson?,
         expansion,
         reference_temperature: reference.unwrap_or(0.0),
-        plasticity: None,
+        plasticity,
     })
 }
 
-/// A temperature; in SI it is not below absolute zero.
-fn temperature(fields: &Fields<'_>, key: &str) -> Option<f64> {
-    let units = fields.reader.units;
-    fields.number_if(key, |value| units == Units::Consistent || value >= 0.0, "must be >= 0 K")
-}
-
-/// A property, every value of which keeps a rule.
-pub(super) fn property(
-    fields: &Fields<'_>,
-    key: &str,
-    good: impl Fn(f64) -> bool,
-    rule: &str,
-) -> Option<Property> {
-    let field = fields.field(key)?;
-    let dimension = field.dimension();
-    if field.node.entries().is_none() {
-        let value = field.number(dimension)?;
-        return if good(value) { Some(Property::Constant(value)) } else { field.refuse(rule) };
-    }
-    let table = field.reader.open("property", field.node, &field.path)?;
-    let (temperatures, values) = (table.numbers("temperature"), table.field("value"));
-    let values = values.and_then(|values| values.numbers(dimension));
-    let (temperatures, values) = (temperatures?, values?);
-    if temperatures.len() != values.len() || values.len() < 2 {
-        table.error(format!(
-            "{} temperatures and {} values were given; at least two of each are needed, as many of \
-            one as of the other",
-            temperatures.len(),
-            values.len()
-        ));
-        return None;
-    }
-    if let Some(w) = temperatures.windows(2).find(|w| w[0] >= w[1]) {
-        table.error_at("temperature", format!("{} follows {}; temperatures must increase", w[1], w[0]));
-        return None;
-    }
-    if let Some(i) = values.iter().position(|value| !good(*value)) {
-        let place = join("value", &i.to_string());
-        table.error_at("value", format!("{} was given ({place}); {rule}", values[i]));
-        return None;
-    }
-    Some(Property::Table(temperatures.into_iter().zip(values).collect()))
+/// True if a property of the material, of heat, strength or stiffness, is a table over temperature.
+pub(super) fn over_temperature(material: &MaterialCase) -> bool {
+    let properties = [Some(&material.young), Some(&material.poisson), material.expansion.as_ref()];
+    properties.into_iter().flatten().any(Property::is_table)
+        || material.plasticity.as_ref().is_some_and(plasticity::over_temperature)
 }

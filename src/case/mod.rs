@@ -10,10 +10,13 @@ mod exact;
 mod expression;
 mod fingerprint;
 mod grading;
+mod insert;
 mod material;
 mod nearest;
 mod node;
 mod path;
+mod plasticity;
+mod property;
 mod read;
 mod reader;
 mod reference;
@@ -26,6 +29,7 @@ mod study;
 mod temperature_file;
 mod transform;
 mod units;
+mod within;
 
 pub use alternation::{AlternationCase, Driver, Tolerance, Transfer};
 pub use exact::{ClosedForm, ExactCase, ExactProbe, HertzLoad};
@@ -238,7 +242,7 @@ impl Default for PlasticityCase {
         PlasticityCase {
             theory: Theory::Flow,
             tangent: Tangent::Consistent,
-            tolerance: 1e-8,
+            tolerance: 1e-9,
             max_iterations: 25,
             zone: ZoneCase::Automatic,
         }
@@ -275,8 +279,8 @@ pub enum Geometry {
     Gmsh {
         /// Path of the `.msh` file.
         file: std::path::PathBuf,
-        /// Name of the physical group (of the highest dimension) that is the body; `None`: all cells.
-        group: Option<String>,
+        /// Names of the physical groups (of the highest dimension) that are the body; empty: all cells.
+        groups: Vec<String>,
         /// Factor on all coordinates (a mesh in mm in an SI case: 1e-3).
         scale: f64,
         /// How often every cell is cut into four.

@@ -6,8 +6,10 @@ use super::material::Materials;
 use super::node::{Node, Value};
 use super::path::Paths;
 use super::reader::{Fields, Reader, all};
-use super::{Analysis, BodyCase, BodyRef, Case, PlasticityCase, RigidCase, Units};
-use super::{alternation, body, edit, exact, fingerprint, material, nearest, path, rigid, step, study};
+use super::{Analysis, BodyCase, BodyRef, Case, RigidCase, Units};
+use super::{
+    alternation, body, edit, exact, fingerprint, material, nearest, path, plasticity, rigid, step, study,
+};
 use crate::error::{Error, Result};
 
 /// Reads a case file, or the `case.toml` of a directory, with one of its variants and `--set` changes
@@ -128,6 +130,7 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     if !tables.is_empty() && bodies.deformable.is_empty() {
         fields.error_at("body", "all bodies are rigid; at least one deformable body is needed");
     }
+    let plasticity = plasticity::read(&fields, bodies.deformable.iter().flatten());
     let contacts = fields.tables("contact");
     refuse_duplicates(&contacts, "contacts");
     let contacts = all(contacts.iter().map(|table| contact::read(table, named, alternation.as_ref())));
@@ -158,7 +161,7 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
         steps: steps?,
         probes: probes?,
         output,
-        plasticity: PlasticityCase::default(),
+        plasticity,
         study,
         exact,
         fingerprint: 0,
@@ -235,8 +238,12 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::super::schema::TABLES;
-    use super::super::{ContactGeometry, Driver, ResponseCase, RigidShape, Transfer, Weights};
+    use super::super::{
+        ContactGeometry, Driver, PlasticityCase, Property, ResponseCase, RigidShape, Transfer, Weights,
+        ZoneCase,
+    };
     use super::*;
+    use crate::material::{Hardening, Kinematic, Plasticity};
 
     /// Cases that between them have every table of the schema.
     const EVERYTHING: [&str; 4] = [
@@ -250,6 +257,26 @@ poisson = 0.3
 [exact]
 probe.p = { x = 0, y = 0 }
 hertz_line = { radius = [1], force = 1 }
+[plasticity]
+[material.a.plasticity]
+yield_stress = 1
+kinematic = { modulus = 1 }
+[material.b]
+young = 1
+poisson = 0
+plasticity.curve = { plastic_strain = [0, 1], stress = [1, 1] }
+[material.c]
+young = 1
+poisson = 0
+plasticity.curves = [{ temperature = 0, plastic_strain = [0, 1], stress = [1, 1] }, { temperature = 1, plastic_strain = [0, 1], stress = [1, 1] }]
+[material.d]
+young = 1
+poisson = 0
+plasticity.ramberg_osgood = { yield_stress = 1, exponent = 2 }
+[material.e]
+young = 1
+poisson = 0
+plasticity.power = { yield_stress = 1, strain = 1, exponent = 1 }
 [[variant]]
 name = "v"
 [[contact]]
@@ -264,6 +291,9 @@ name = "a"
 material = "a"
 mesh.rectangle = { x = { from = 0, to = 1, cells = 1 }, y = { from = 0, to = 1, cells = 1 } }
 temperature = { file = "t.csv" }
+[[body.insert]]
+material = "a"
+within.x = [0, 1]
 [[body.support]]
 surface = "left"
 x = 0
@@ -366,6 +396,16 @@ young = "1 GPa"
 poisson = 0.3
 expansion = { temperature = ["0 degC", "100 degC"], value = ["1e-5 1/K", 2e-5] }
 reference_temperature = "20 degC"
+[material.a.plasticity]
+yield_stress = { temperature = [293, "100 degC"], value = ["300 MPa", 2e8] }
+hardening = "1 GPa"
+kinematic = { modulus = "2 GPa", recall = 3 }
+[plasticity]
+theory = "flow"
+iteration = "newton"
+tolerance = 1e-6
+max_iterations = 7
+zone = "never"
 [alternation]
 driver = "relaxed"
 transfer = "pointwise"
@@ -455,6 +495,21 @@ body_force = [0, "-76.5 kN/m3"]
         let rigid = &active.rigid[0];
         assert_eq!(rigid.shape, RigidShape::Circle { center: [0.0, 3.0, 0.0], radius: 1e-3, inside: true });
         assert_eq!(rigid.motion, [1.0, -1e-3, 0.0]);
+        let hardening = Hardening::Linear {
+            yield_stress: Property::Table(vec![(293.0, 3e8), (373.15, 2e8)]),
+            modulus: Property::Constant(1e9),
+        };
+        let kinematic = Some(Kinematic { modulus: Property::Constant(2e9), recall: 3.0 });
+        assert_eq!(case.bodies[0].material.plasticity, Some(Plasticity { hardening, kinematic }));
+        assert_eq!(
+            case.plasticity,
+            PlasticityCase {
+                tolerance: 1e-6,
+                max_iterations: 7,
+                zone: ZoneCase::Never,
+                ..PlasticityCase::default()
+            }
+        );
         let case = read(&file, Some("v"), &["thickness=4".into(), "body.a.temperature=300".into()]).unwrap();
         assert_eq!((case.analysis.thickness(), case.contacts.len()), (4.0, 0));
         assert_eq!((case.title.as_str(), case.variant.as_deref()), ("V", Some("v")));

@@ -17,7 +17,7 @@ use crate::plain_text::is_plain;
 /// Bytes of the longest text, an expression or a list of options: HDF5 takes 64 kB for an attribute.
 const LONGEST_TEXT: usize = 10_000;
 /// Characters of the longest title or surface: what a picture can show of them is less.
-const LONGEST_LINE: usize = 200;
+pub(super) const LONGEST_LINE: usize = 200;
 /// Characters of the longest name: it stands in file names, which may have 255 bytes, and in names of options.
 const LONGEST_NAME: usize = 100;
 
@@ -342,7 +342,7 @@ impl<'a> Field<'a> {
     }
 
     /// A text on one line, short enough to be drawn and stored as an attribute.
-    fn line(&self, most: usize) -> Option<&'a str> {
+    pub fn line(&self, most: usize) -> Option<&'a str> {
         let text = self.text()?;
         match text.chars().count() > most || text.contains(['\n', '\t']) {
             true => self.refuse(format!("at most {most} characters on one line are allowed")),

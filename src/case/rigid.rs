@@ -50,8 +50,18 @@ pub(super) const SURFACES: &[&str] = &["surface"];
 const SHAPES: [&str; 3] = ["plane", "circle", "polyline"];
 
 /// Keys of a body that need a mesh.
-const DEFORMABLE: [&str; 9] =
-    ["material", "mesh", "element", "formulation", "temperature", "support", "load", "solver", "response"];
+const DEFORMABLE: [&str; 10] = [
+    "material",
+    "insert",
+    "mesh",
+    "element",
+    "formulation",
+    "temperature",
+    "support",
+    "load",
+    "solver",
+    "response",
+];
 
 /// Reads a body that has the key `rigid`.
 pub(super) fn read(body: &Fields<'_>, paths: &Paths) -> Option<RigidCase> {

@@ -1,5 +1,6 @@
 //! Every key of the case file: the one list from which unknown keys are refused, dimensions checked, and
 //! `docs/case-file.md` written.
+mod plasticity;
 mod study;
 
 use super::units::Dimension;
@@ -157,6 +158,7 @@ pub(super) const TABLES: &[Table] = &[
                 ABSENT,
                 "Factors over a path parameter, each under a name: `[path.preload]`.",
             ),
+            key("plasticity", Table("plasticity"), ABSENT, "How bodies that yield are computed."),
             key("probe", Tables("probe"), ABSENT, "Points to report."),
             key("output", Table("output"), ABSENT, "What to draw."),
             key("exact", Table("exact"), ABSENT, "What is known of the solution, for `kontakt study`."),
@@ -167,7 +169,7 @@ pub(super) const TABLES: &[Table] = &[
     Table {
         name: "material",
         heading: "`[material.NAME]`",
-        about: "Isotropic, linear elastic. A *property* is a number, a string with a unit, or a table over \
+        about: "Isotropic, linear elastic up to where it yields, if it does. A *property* is a number, a string with a unit, or a table over \
 temperature, `{ temperature = [293, 373], value = [214e9, 211e9] }`: linear between its rows, constant \
 beyond its \
 ends. A body whose material has such a table needs a `temperature`; a body with a `temperature` needs \
@@ -191,8 +193,15 @@ reference temperature to the temperature it is tabulated at.",
                 "Temperature without thermal strain; \
 required with `expansion`.",
             ),
+            key("plasticity", Table("material.plasticity"), ABSENT, "How it yields."),
         ],
     },
+    plasticity::MATERIAL_PLASTICITY,
+    plasticity::CURVE,
+    plasticity::CURVES,
+    plasticity::RAMBERG_OSGOOD,
+    plasticity::POWER,
+    plasticity::KINEMATIC,
     Table {
         name: "material reference",
         heading: "A material from a file",
@@ -200,7 +209,7 @@ required with `expansion`.",
 to a file \
 of `[material.NAME]` tables: `material = { file = \"materials.toml\", name = \"40Kh\" }`. Plain numbers \
 there are in \
-the units of the case.",
+the units of the case. `cases/materials.toml` has steels and alloys that engineers use, in SI units.",
         keys: &[
             key("file", Text, REQUIRED, "Path of the file, from the case file's directory."),
             key("name", Text, REQUIRED, "Name of the material in it."),
@@ -258,7 +267,7 @@ A body with `rigid` is a rigid one: it has a `name` and [`rigid`](#rigid) and no
                 "material",
                 Either("name, [table](#materialname) or [reference](#a-material-from-a-file)", D::NUMBER),
                 REQUIRED,
-                "Its material; not with `rigid`.",
+                "Its material, where no [insert](#bodyinsert) is; not with `rigid`.",
             ),
             key("mesh", Table("mesh"), REQUIRED, "Where its mesh comes from; not with `rigid`."),
             key(
@@ -283,6 +292,7 @@ file, which has its own.",
                 "Temperature \
 field. Absent: no heat in this body.",
             ),
+            key("insert", Tables("body.insert"), ABSENT, "Parts of other materials."),
             key("support", Tables("body.support"), ABSENT, "Prescribed displacements."),
             key("load", Tables("body.load"), ABSENT, "Loads."),
             key(
@@ -307,6 +317,7 @@ same.",
             ),
         ],
     },
+    plasticity::INSERT,
     Table {
         name: "rigid",
         heading: "`rigid`",
@@ -439,7 +450,13 @@ mesh so placed.",
                 "Gmsh `.msh` file (4.1 or 2.2), path from the case file's directory. Physical \
 groups name the bodies and surfaces.",
             ),
-            key("group", Text, is("all cells"), "With `file`: the physical group that is this body."),
+            key(
+                "group",
+                Either("string, or array of strings", D::NUMBER),
+                is("all cells"),
+                "With `file`: the physical group that is this body, or several that are it together: they share the nodes where \
+they meet.",
+            ),
             key(
                 "scale",
                 Number(D::NUMBER),
@@ -706,6 +723,7 @@ the contact pressure, as the pressures along the surface show it while they are 
             ),
         ],
     },
+    plasticity::PLASTICITY,
     Table {
         name: "step",
         heading: "`[[step]]`",

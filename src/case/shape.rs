@@ -1,6 +1,7 @@
 //! Reads `mesh`: a generated shape or a Gmsh file.
 use super::grading;
-use super::reader::Fields;
+use super::node::Value;
+use super::reader::{Field, Fields, LONGEST_LINE, all};
 use super::schema::ELEMENTS;
 use super::{Geometry, Grading, Shape};
 use crate::element::ElementKind;
@@ -74,7 +75,7 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
     }
     let (rotate, translate) = (mesh.number("rotate"), mesh.point("translate"));
     let scale = mesh.number_if("scale", |value| value > 0.0, "must be > 0");
-    let group = mesh.line("group");
+    let groups = mesh.field("group").and_then(|field| groups(&field));
     let refine = mesh.natural("refine", MOST_REFINEMENTS).unwrap_or(0);
     if given[0] == "file" {
         for key in mesh.given(&["rotate", "translate"]) {
@@ -84,9 +85,8 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
             body.error_at("element", "belongs to generated shapes; a mesh file has its own element kinds");
         }
         let file = existing_file(&mesh, "file")?;
-        let group = group.map(str::to_string);
-        let scale = scale.unwrap_or(1.0);
-        return Some(Geometry::Gmsh { file, group, scale, refine, origin: mesh.origin() });
+        let (groups, scale) = (groups.unwrap_or_default(), scale.unwrap_or(1.0));
+        return Some(Geometry::Gmsh { file, groups, scale, refine, origin: mesh.origin() });
     }
     for key in mesh.given(&["group", "scale"]) {
         mesh.error_at(key, "belongs to 'file', not to a generated shape");
@@ -113,6 +113,22 @@ pub(super) fn read(body: &Fields<'_>) -> Option<Geometry> {
         translate: translate.unwrap_or([0.0; 2]),
         origin: mesh.origin(),
     })
+}
+
+/// One physical group, or several.
+fn groups(field: &Field<'_>) -> Option<Vec<String>> {
+    let names = match &field.node.value {
+        Value::Text(_) => vec![field.line(LONGEST_LINE)?],
+        Value::Array(_) => all(field.items()?.iter().map(|item| item.line(LONGEST_LINE)))?,
+        _ => return field.wrong("the name of a physical group, or an array of names, is needed"),
+    };
+    match (1..names.len()).find(|&i| names[..i].contains(&names[i])) {
+        _ if names.is_empty() => {
+            field.refuse("at least one group is needed; without the key all cells are the body")
+        }
+        Some(i) => field.refuse(format!("'{}' is named twice", names[i])),
+        None => Some(names.into_iter().map(str::to_string).collect()),
+    }
 }
 
 /// The path of a file that is there, from the directory of the case.

@@ -37,9 +37,13 @@ pub fn resolve_for(
         ElementKind::Quad4 => "take its enhanced one, the default (leave out 'formulation')",
         ElementKind::Quad8 => "take its reduced one, the default (leave out 'formulation')",
     };
+    let cause = match poisson >= 0.5 {
+        true => "where they yield, for plastic strains keep their volume".to_string(),
+        false => format!("at a Poisson's ratio of {poisson}, beyond {LARGEST_POISSON}"),
+    };
     Err(format!(
-        "{} elements in their standard formulation lock in plane strain at a Poisson's ratio of {poisson}, beyond \
-         {LARGEST_POISSON}: forces and pressures could be many times too large; {advice}",
+        "{} elements in their standard formulation lock in plane strain {cause}: forces and pressures could be many times too \
+         large; {advice}",
         kind.name()
     ))
 }

@@ -17,7 +17,7 @@ use super::Formulation;
 use super::dilatation::Dilatation;
 use super::geometry::{Gradients, Jacobian};
 use super::{ElementKind, MAX_NODES, PointGeometry, QuadraturePoint, stiffness_rule};
-use crate::Result;
+use crate::{Result, vector::larger};
 
 /// What the material says at one quadrature point: sigma = H (eps - eps0) + sigma0, Voigt order (11, 22, 12) with
 /// gamma12 = 2 eps12. A law that is not linear says it of its tangent.
@@ -68,6 +68,21 @@ pub fn resolve(kind: ElementKind, asked: Option<Formulation>) -> std::result::Re
         }
     }
 }
+
+/// Iterations inside an element with internal modes after which it is given up.
+const LOCAL_ITERATIONS: usize = 25;
+
+/// Least share of the way to its next amplitudes that an iteration takes inside an element.
+const LEAST_SHARE: f64 = 1. / 16.;
+
+/// Forces on internal modes, relative to the sum of their parts, that are none.
+const LOCAL_TOLERANCE: f64 = 1e-12;
+
+/// A pivot of the internal modes is at least this share of their largest one: without hardening it may vanish.
+const LEAST_PIVOT: f64 = 1e-12;
+
+/// Most internal modes.
+const MAX_INTERNAL: usize = 2;
 
 /// Components times the most displacement modes.
 const MAX_DOFS: usize = 2 * MAX_NODES;
@@ -186,6 +201,97 @@ impl SolidElement {
             }
         }
         Ok(())
+    }
+
+    /// Brings the internal modes to equilibrium with nodal displacements `u` (m, 2n) under a law that is not linear, by Newton
+    /// iterations inside the element: `laws`, at each quadrature point, are those to begin with, and then what `answer`(point, strain)
+    /// says of the strains (11, 22, gamma12) there. False if they do not settle.
+    pub fn respond(
+        &self,
+        x: &[[f64; 3]],
+        geometry: &[PointGeometry],
+        u: &[f64],
+        laws: &mut [PointLaw],
+        mut answer: impl FnMut(usize, [f64; 3]) -> PointLaw,
+    ) -> Result<bool> {
+        let center = self.center(x)?;
+        let dilatation = self.dilatation(&center, geometry);
+        let mut last: Option<([f64; MAX_DOFS], f64)> = None;
+        for _ in 0..LOCAL_ITERATIONS {
+            let internal = self.internal(&center, geometry, |point, _| laws[point]);
+            let target = self.amplitudes(internal.as_ref(), u);
+            let mut share = 1.;
+            loop {
+                let amplitudes = match &last {
+                    Some((from, _)) if share < 1. => {
+                        std::array::from_fn(|i| from[i] + share * (target[i] - from[i]))
+                    }
+                    _ => target,
+                };
+                let (residual, none) = self.internal_residual(
+                    &center,
+                    dilatation.as_ref(),
+                    geometry,
+                    &amplitudes,
+                    laws,
+                    &mut answer,
+                );
+                // One that is not finite is seen in the forces at the nodes.
+                if residual <= none || !residual.is_finite() {
+                    return Ok(true);
+                }
+                let is_worse = last.as_ref().is_some_and(|(_, before)| residual > *before);
+                if !is_worse || share <= LEAST_SHARE {
+                    last = Some((amplitudes, residual));
+                    break;
+                }
+                share *= 0.5;
+            }
+        }
+        Ok(false)
+    }
+
+    /// Largest force on an internal mode when all modes have these `amplitudes`, m, and the force that is none; `laws` are then those at
+    /// the strains.
+    fn internal_residual(
+        &self,
+        center: &Jacobian,
+        dilatation: Option<&Dilatation>,
+        geometry: &[PointGeometry],
+        amplitudes: &[f64; MAX_DOFS],
+        laws: &mut [PointLaw],
+        answer: &mut impl FnMut(usize, [f64; 3]) -> PointLaw,
+    ) -> (f64, f64) {
+        let n = self.kind.n_nodes();
+        // The sizes of what the forces are the sum of, and what round-off of the strains makes of them.
+        let (mut residual, mut size, mut round_off) = ([0.; 2 * MAX_INTERNAL], 0., 0.);
+        let norm = |g: &[f64; 3]| g[0].abs() + g[1].abs();
+        for (p, (point, geometry)) in self.points().iter().zip(geometry).enumerate() {
+            let gradients = self.gradients(center, geometry, point);
+            let strain = self.strain(point, &gradients, dilatation, amplitudes);
+            laws[p] = answer(p, strain);
+            if self.n_modes() == n {
+                continue;
+            }
+            let stress = laws[p].stress(strain).map(|s| s * geometry.area);
+            let change = dilatation.map(|linear| linear.change(point, &gradients));
+            let parts = gradients[..self.n_modes()].iter().zip(amplitudes.chunks_exact(2));
+            let rounded = parts.map(|(g, u)| norm(g) * (u[0].abs() + u[1].abs())).sum::<f64>();
+            for m in n..self.n_modes() {
+                round_off += laws[p].h[0][0] * geometry.area * rounded * norm(&gradients[m]);
+                let mut force = force_of(&gradients[m], &stress);
+                if let Some(change) = &change {
+                    let pressure = stress[0] + stress[1];
+                    (0..2).for_each(|c| force[c] += change[m][c] * pressure);
+                }
+                for c in 0..2 {
+                    residual[2 * (m - n) + c] += force[c];
+                    size += force[c].abs();
+                }
+            }
+        }
+        let residual = residual.iter().fold(0., |most, r| larger(most, r.abs()));
+        (residual, LOCAL_TOLERANCE * size + f64::EPSILON * round_off)
     }
 
     /// The same at any `points` of the element; `law` is asked at its own.
@@ -376,7 +482,10 @@ impl SolidElement {
     /// Gaussian elimination of the internal amplitudes from the rows `first` on, the last one first. What is left in
     /// the leading block is the condensed element; the internal rows keep what [`Self::recover_internal`] needs.
     fn eliminate_internal(&self, full: &mut Full, first: usize) {
-        for p in (2 * self.kind.n_nodes()..2 * self.n_modes()).rev() {
+        let internal = 2 * self.kind.n_nodes()..2 * self.n_modes();
+        let largest = internal.clone().fold(0., |most, p| larger(most, full.k[p][p]));
+        for p in internal.rev() {
+            full.k[p][p] = larger(full.k[p][p], LEAST_PIVOT * largest);
             let (row, f) = (full.k[p], full.f[p]);
             let pivot = 1. / row[p];
             for i in first..p {

@@ -130,7 +130,7 @@ fn cell_errors(body: &Body, solutions: &[&Solved], nodal: &[Vec<Plane>]) -> Resu
     for (i, cell) in part.cells[..part.n_own_cells].iter().enumerate() {
         let n = cell.kind.n_nodes();
         std::iter::zip(&mut x, cell.nodes()).for_each(|(x, &node)| *x = part.points[node as usize]);
-        let rule = error_rule(cell.kind);
+        let (rule, laws) = (error_rule(cell.kind), body.cell_laws(i));
         let is_enhanced = body.element(cell.kind).formulation() == Formulation::Enhanced;
         for (solution, stresses) in std::iter::zip(solutions, &mut stresses) {
             computed(body, cell, solution, i, rule, stresses)?;
@@ -140,7 +140,7 @@ fn cell_errors(body: &Body, solutions: &[&Solved], nodal: &[Vec<Plane>]) -> Resu
         for (p, point) in rule.iter().enumerate() {
             let geometry = PointGeometry::new(cell.kind, &x[..n], point)?;
             let volume = geometry.area * body.thickness();
-            let law = body.law(cell, &geometry.n[..n]);
+            let law = laws.at(&geometry.n[..n]);
             let compliance = Compliance::of(&law);
             for (k, at) in points.iter_mut().enumerate() {
                 let u = solutions[k].u;
@@ -198,7 +198,7 @@ fn computed(
     match (cell.kind, body.element(cell.kind).formulation()) {
         (ElementKind::Tri3, _) => stresses.resize(rule.len(), at_points[0]),
         (ElementKind::Quad4, _) => stresses.extend(at_points),
-        (_, Formulation::Enhanced) => body.stresses_at(cell, solution.u, rule, stresses)?,
+        (_, Formulation::Enhanced) => body.stresses_at(index, solution.u, rule, stresses)?,
         (_, Formulation::Standard | Formulation::Reduced) => {}
     }
     Ok(())

@@ -18,13 +18,25 @@ pub struct LinearElastic {
 }
 
 /// The parameters at one temperature.
-struct Parameters {
+pub(super) struct Parameters {
     /// E, Pa.
-    young: f64,
+    pub young: f64,
     /// nu.
-    poisson: f64,
+    pub poisson: f64,
     /// alpha (T - Tref).
-    thermal_strain: f64,
+    pub thermal_strain: f64,
+}
+
+impl Parameters {
+    /// G = E / 2 (1 + nu), Pa.
+    pub fn shear(&self) -> f64 {
+        0.5 * self.young / (1. + self.poisson)
+    }
+
+    /// K = E / 3 (1 - 2 nu), Pa.
+    pub fn bulk(&self) -> f64 {
+        self.young / (3. * (1. - 2. * self.poisson))
+    }
 }
 
 impl LinearElastic {
@@ -41,7 +53,12 @@ impl LinearElastic {
 
     /// The law at a temperature, K; `None`: no heat, the parameters are those at the reference temperature.
     pub fn law(&self, temperature: Option<f64>) -> PointLaw {
-        let Parameters { young, poisson, thermal_strain } = self.at(temperature);
+        self.law_of(&self.at(temperature))
+    }
+
+    /// The law with these parameters.
+    pub(super) fn law_of(&self, parameters: &Parameters) -> PointLaw {
+        let &Parameters { young, poisson, thermal_strain } = parameters;
         let (e, nu, strain) = if self.plane_strain {
             (young / (1. - poisson * poisson), poisson / (1. - poisson), (1. + poisson) * thermal_strain)
         } else {
@@ -113,8 +130,18 @@ impl LinearElastic {
         if self.plane_strain { p.young / (1. - p.poisson * p.poisson) } else { p.young }
     }
 
-    fn at(&self, temperature: Option<f64>) -> Parameters {
-        let t = temperature.unwrap_or(self.reference_temperature);
+    /// T, or Tref without heat, K.
+    pub(super) fn temperature(&self, temperature: Option<f64>) -> f64 {
+        temperature.unwrap_or(self.reference_temperature)
+    }
+
+    /// True in plane strain.
+    pub(super) fn is_plane_strain(&self) -> bool {
+        self.plane_strain
+    }
+
+    pub(super) fn at(&self, temperature: Option<f64>) -> Parameters {
+        let t = self.temperature(temperature);
         let expansion = self.expansion.as_ref().map_or(0., |alpha| alpha.at(t));
         Parameters {
             young: self.young.at(t),

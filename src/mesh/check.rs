@@ -175,8 +175,8 @@ mod tests {
     #[test]
     fn two_bodies_on_one_line_are_a_crack() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/quad1-4.1-ascii.msh");
-        check(&read_gmsh(&file, Some("plate"), 1.0).unwrap()).unwrap();
-        let error = message(&read_gmsh(&file, None, 1.0).unwrap());
+        check(&read_gmsh(&file, &["plate"], 1.0).unwrap()).unwrap();
+        let error = message(&read_gmsh(&file, &[], 1.0).unwrap());
         assert!(error.contains("are not connected") && error.contains(", 1)"), "{error}");
     }
 

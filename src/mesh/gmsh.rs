@@ -15,18 +15,18 @@ use scan::Scanner;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-/// Reads the body named `group` (`None`: all cells) from a Gmsh file, its coordinates times `scale`.
+/// Reads the body that the physical groups `groups` are (none: all cells) from a Gmsh file, its coordinates times `scale`.
 ///
-/// Physical groups of dimension 2 are bodies, of dimension 1 surfaces; one without a name is called `group
+/// Physical groups of dimension 2 are bodies and parts of bodies, of dimension 1 surfaces; one without a name is called `group
 /// <tag>`. Clockwise cells are turned round, and nodes that the body does not use are dropped.
-pub fn read(file: &Path, group: Option<&str>, scale: f64) -> Result<Mesh> {
+pub fn read(file: &Path, groups: &[&str], scale: f64) -> Result<Mesh> {
     let name = file.display().to_string();
     if !(scale.is_finite() && scale > 0.0) {
         return Err(Error::input(format!("{name}: scale {scale} must be a positive number")));
     }
     let bytes =
         std::fs::read(file).map_err(|e| Error::input(format!("{name}: cannot read the mesh: {e}")))?;
-    body::select(&name, &parse(&name, &bytes)?, group, scale)
+    body::select(&name, &parse(&name, &bytes)?, groups, scale)
 }
 
 /// What a Gmsh file says.

@@ -34,6 +34,8 @@ pub struct Mesh {
     pub cells: Vec<Cell>,
     /// Named sets of boundary facets.
     pub surfaces: BTreeMap<String, Vec<Facet>>,
+    /// Named sets of cells, increasing: the physical groups of a Gmsh file.
+    pub groups: BTreeMap<String, Vec<u32>>,
     /// Curves that boundary sides stand for, by their end nodes, smaller number first; refinement follows them.
     pub curves: BTreeMap<(u32, u32), Curve>,
     /// How far, m, the outline may lie from what boundary sides stand for: their nodes do not tell curve from corner.
@@ -59,6 +61,11 @@ impl Cell {
         let mut all = [0; 8];
         all[..kind.n_nodes()].copy_from_slice(&nodes[..kind.n_nodes()]);
         Cell { kind, material: 0, nodes: all }
+    }
+
+    /// A cell of the same kind and material on other nodes.
+    pub fn on(&self, nodes: &[u32]) -> Self {
+        Cell { material: self.material, ..Cell::new(self.kind, nodes) }
     }
 
     /// Its nodes, in the element's order.
@@ -122,18 +129,21 @@ impl Mesh {
         refine::follow(self);
     }
 
-    /// Adds another mesh's nodes, cells and surfaces, unconnected to these; surfaces of one name become one.
+    /// Adds another mesh's nodes, cells, surfaces and groups, unconnected to these; those of one name become one.
     pub fn append(&mut self, other: &Mesh) {
         let (n_nodes, n_cells) = (self.points.len() as u32, self.cells.len() as u32);
         self.dim = self.dim.max(other.dim);
         self.points.extend_from_slice(&other.points);
         for cell in &other.cells {
             let nodes: Vec<u32> = cell.nodes().iter().map(|n| n + n_nodes).collect();
-            self.cells.push(Cell::new(cell.kind, &nodes));
+            self.cells.push(cell.on(&nodes));
         }
         for (name, facets) in &other.surfaces {
             let moved = facets.iter().map(|f| Facet { cell: f.cell + n_cells, side: f.side });
             self.surfaces.entry(name.clone()).or_default().extend(moved);
+        }
+        for (name, cells) in &other.groups {
+            self.groups.entry(name.clone()).or_default().extend(cells.iter().map(|cell| cell + n_cells));
         }
         let curves = other.curves.iter().map(|(&(a, b), &curve)| ((a + n_nodes, b + n_nodes), curve));
         self.curves.extend(curves);

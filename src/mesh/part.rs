@@ -150,7 +150,7 @@ impl MeshPart {
         let renumbered = |cell: &usize| {
             let cell = &mesh.cells[*cell];
             let nodes: Vec<u32> = cell.nodes().iter().map(|&n| local[n as usize]).collect();
-            Cell::new(cell.kind, &nodes)
+            cell.on(&nodes)
         };
         MeshPart {
             dim: mesh.dim,

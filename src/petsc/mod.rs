@@ -11,6 +11,7 @@ mod linear;
 mod schur;
 mod session;
 mod stage;
+mod two_level;
 
 pub use dense::{Cholesky, Lu, Symmetric};
 pub use ksp::{Ksp, smooth_stretched};
@@ -18,6 +19,7 @@ pub use linear::{Coordinates, Gather, Matrix, Vector};
 pub use schur::SchurFactor;
 pub use session::{Session, has_option, option_prefixes_left, set_options, touch_blas};
 pub use stage::{Stage, StageSeconds};
+pub use two_level::{Rest, ZoneFactor};
 
 #[allow(non_upper_case_globals, non_camel_case_types, non_snake_case, missing_docs, unused)]
 #[allow(unsafe_op_in_unsafe_fn, rustdoc::all, clippy::all)]

@@ -28,6 +28,7 @@ enum Job {
 #[derive(Clone, Copy)]
 #[repr(i32)]
 enum Half {
+    Both = 0,
     Reduce = 1,
     Expand = 2,
 }
@@ -37,8 +38,15 @@ pub struct SchurFactor(Interior);
 
 enum Interior {
     Factor(RefCell<Instance>),
-    /// Every unknown is one of B; the owned entries of B, on the first rank.
-    Nothing(Vec<usize>),
+    /// Every unknown is one of B.
+    Nothing(Nothing),
+}
+
+/// A matrix of which nothing is condensed.
+struct Nothing {
+    /// The owned entries of B, on the first rank.
+    interface: Vec<usize>,
+    kept: Option<Triples>,
 }
 
 /// An instance of MUMPS with the arrays it points to.
@@ -52,14 +60,33 @@ struct Instance {
     last: Option<Vec<f64>>,
     /// B's owned entries, on the first rank.
     interface: Vec<usize>,
+    /// The matrix that was analysed, if it may be factorised again with other values.
+    kept: Option<Triples>,
 }
 
-/// Upper triangle of this rank's rows, numbered from 1.
+/// How often a matrix is factorised.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Times {
+    /// The matrix is given up, and its zeros are no entries.
+    Once,
+    /// Its pattern, zeros included, is kept; a pivot that is not positive is an error.
+    Often,
+}
+
+/// Upper triangle of this rank's rows, numbered from 1; equal positions are summed.
 #[derive(Default)]
-struct Triples {
-    rows: Vec<i32>,
-    columns: Vec<i32>,
-    values: Vec<f64>,
+pub(super) struct Triples {
+    pub rows: Vec<i32>,
+    pub columns: Vec<i32>,
+    pub values: Vec<f64>,
+}
+
+impl Triples {
+    pub fn push(&mut self, row: i32, column: i32, value: f64) {
+        self.rows.push(row);
+        self.columns.push(column);
+        self.values.push(value);
+    }
 }
 
 impl SchurFactor {
@@ -73,51 +100,96 @@ impl SchurFactor {
         interface: &[i32],
         prefix: &str,
     ) -> Result<(SchurFactor, Vec<f64>)> {
+        let (n, triples) = upper_triangle(a, Times::Once)?;
+        SchurFactor::of_triples(group, n, triples, interface, prefix, Times::Once)
+    }
+
+    /// As [`SchurFactor::new`], but able to [refactorise](SchurFactor::refactorise): the pattern is kept, and an A_II that
+    /// is not positive definite is [`Error::Indefinite`]. Collective.
+    pub fn renewable(
+        group: &SimpleCommunicator,
+        a: &Matrix,
+        interface: &[i32],
+        prefix: &str,
+    ) -> Result<(SchurFactor, Vec<f64>)> {
+        let (n, triples) = upper_triangle(a, Times::Often)?;
+        SchurFactor::of_triples(group, n, triples, interface, prefix, Times::Often)
+    }
+
+    /// Factorises a matrix of the same pattern without a new analysis and returns its S. After an error there is no factor
+    /// until the next success. Collective.
+    pub fn refactorise(&mut self, group: &SimpleCommunicator, a: &Matrix) -> Result<Vec<f64>> {
+        let (_, new) = upper_triangle(a, Times::Often)?;
+        let kept = self.kept_mut()?;
+        let same = kept.rows == new.rows && kept.columns == new.columns;
+        if parallel::max(group, &[f64::from(u8::from(!same))])[0] > 0.0 {
+            return Err(Error::internal("the matrix to be factorised again has another pattern"));
+        }
+        kept.values = new.values;
+        self.factorise_again(group)
+    }
+
+    /// The matrix of [`Times::Often`], to change its values.
+    pub(super) fn kept_mut(&mut self) -> Result<&mut Triples> {
+        let kept = match &mut self.0 {
+            Interior::Factor(instance) => &mut instance.get_mut().kept,
+            Interior::Nothing(nothing) => &mut nothing.kept,
+        };
+        kept.as_mut().ok_or_else(|| Error::internal("a factor whose matrix was not kept"))
+    }
+
+    /// The same factor, unable to factorise again.
+    pub(super) fn without_matrix(mut self) -> SchurFactor {
+        match &mut self.0 {
+            Interior::Factor(instance) => instance.get_mut().kept = None,
+            Interior::Nothing(nothing) => nothing.kept = None,
+        }
+        self
+    }
+
+    /// Factorises the kept matrix with its present values. Collective.
+    pub(super) fn factorise_again(&mut self, group: &SimpleCommunicator) -> Result<Vec<f64>> {
+        match &mut self.0 {
+            Interior::Factor(instance) => instance.get_mut().factorise(group, Times::Often),
+            Interior::Nothing(nothing) => {
+                Ok(nothing.kept.as_ref().map_or(Vec::new(), |t| dense_lower(t, &nothing.interface)))
+            }
+        }
+    }
+
+    /// [`SchurFactor::new`] of an n x n matrix of triples. Collective.
+    pub(super) fn of_triples(
+        group: &SimpleCommunicator,
+        n: usize,
+        triples: Triples,
+        interface: &[i32],
+        prefix: &str,
+        times: Times,
+    ) -> Result<(SchurFactor, Vec<f64>)> {
         assert!(group.rank() == 0 || interface.is_empty());
-        let (n, mut triples) = upper_triangle(a)?;
         let size = parallel::sum(group, &[interface.len() as f64])[0] as usize;
+        let owned: Vec<usize> = interface.iter().map(|&i| i as usize).collect();
         if size == n {
-            let s = dense_lower(&triples, interface);
-            let owned = interface.iter().map(|&i| i as usize).collect();
-            return Ok((SchurFactor(Interior::Nothing(owned)), s));
+            let s = dense_lower(&triples, &owned);
+            let kept = (times == Times::Often).then_some(triples);
+            return Ok((SchurFactor(Interior::Nothing(Nothing { interface: owned, kept })), s));
         }
         let mut instance = Instance::start(group)?;
+        (instance.id.n, instance.id.size_schur) = (int(n)?, int(size)?);
+        set_options(&mut instance.id, prefix)?;
+        // The matrix in triples: the first rank's, or each rank's own. The Schur complement, if there is one, and
+        // right-hand sides are the first rank's.
         let id = &mut instance.id;
-        id.n = int(n)?;
-        set_options(id, prefix)?;
-        let count = triples.values.len() as i64;
-        let [rows, columns] = [triples.rows.as_mut_ptr(), triples.columns.as_mut_ptr()];
-        if group.size() == 1 {
-            id.icntl[17] = 0;
-            (id.nnz, id.irn, id.jcn, id.a) = (count, rows, columns, triples.values.as_mut_ptr());
-        } else {
-            id.icntl[17] = 3;
-            (id.nnz_loc, id.irn_loc, id.jcn_loc, id.a_loc) =
-                (count, rows, columns, triples.values.as_mut_ptr());
+        id.icntl[17] = if group.size() == 1 { 0 } else { 3 };
+        (id.icntl[4], id.icntl[18], id.icntl[19], id.icntl[20]) = (0, i32::from(size > 0), 0, 0);
+        (instance.interface, instance.kept) = (owned, Some(triples));
+        instance.analyse(group)?;
+        let s = instance.factorise(group, times)?;
+        if times == Times::Once {
+            instance.kept = None;
         }
-        // The Schur complement and right-hand sides are the first rank's.
-        (id.icntl[4], id.icntl[18], id.icntl[19], id.icntl[20]) = (0, 1, 0, 0);
-        let mut chosen: Vec<i32> = interface.iter().map(|i| i + 1).collect();
-        let mut s = vec![0.0; interface.len() * interface.len()];
-        (id.size_schur, id.listvar_schur, id.schur) = (int(size)?, chosen.as_mut_ptr(), s.as_mut_ptr());
-        instance.call(Job::Analyse, "analysis")?;
-        parallel::demand(group, instance.need(), "its factorisation")?;
-        let mut tried = 0;
-        loop {
-            match instance.call(Job::Factorise, "factorisation") {
-                Err(_) if tried < RETRIES && instance.lacks_memory() => instance.id.icntl[13] *= 2,
-                other => break other?,
-            }
-            tried += 1;
-        }
-        let id = &mut instance.id;
-        // The matrix is no longer needed.
-        (id.irn, id.jcn, id.a) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
-        (id.irn_loc, id.jcn_loc, id.a_loc) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
-        (id.listvar_schur, id.schur) = (ptr::null_mut(), ptr::null_mut());
         if group.rank() == 0 {
             (instance.all, instance.reduced) = (vec![0.0; n], vec![0.0; size]);
-            instance.interface = interface.iter().map(|&i| i as usize).collect();
         }
         Ok((SchurFactor(Interior::Factor(RefCell::new(instance))), s))
     }
@@ -126,7 +198,7 @@ impl SchurFactor {
     pub fn reduce(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
         match &self.0 {
             Interior::Factor(instance) => instance.borrow_mut().reduce(group, b),
-            Interior::Nothing(owned) => Ok(owned.iter().map(|&i| b[i]).collect()),
+            Interior::Nothing(nothing) => Ok(nothing.interface.iter().map(|&i| b[i]).collect()),
         }
     }
 
@@ -135,9 +207,9 @@ impl SchurFactor {
     pub fn expand(&self, group: &SimpleCommunicator, b: &[f64], x_b: &[f64]) -> Result<Vec<f64>> {
         let mut instance = match &self.0 {
             Interior::Factor(instance) => instance.borrow_mut(),
-            Interior::Nothing(owned) => {
+            Interior::Nothing(nothing) => {
                 let mut x = vec![0.0; b.len()];
-                std::iter::zip(owned, x_b).for_each(|(&i, x_b)| x[i] = *x_b);
+                std::iter::zip(&nothing.interface, x_b).for_each(|(&i, x_b)| x[i] = *x_b);
                 return Ok(x);
             }
         };
@@ -151,10 +223,10 @@ impl SchurFactor {
 }
 
 /// The matrix itself, row by row in the order of `interface`, lower triangle.
-fn dense_lower(triples: &Triples, interface: &[i32]) -> Vec<f64> {
+fn dense_lower(triples: &Triples, interface: &[usize]) -> Vec<f64> {
     let n = interface.len();
     let mut place = vec![0; n];
-    interface.iter().enumerate().for_each(|(k, &i)| place[i as usize] = k);
+    interface.iter().enumerate().for_each(|(k, &i)| place[i] = k);
     let mut s = vec![0.0; n * n];
     if n > 0 {
         for ((row, column), value) in triples.rows.iter().zip(&triples.columns).zip(&triples.values) {
@@ -173,12 +245,80 @@ impl Instance {
         id.comm_fortran = unsafe { RSMPI_Comm_c2f(group.as_raw()) };
         // Symmetric positive definite; the first rank takes part in the work.
         (id.sym, id.par) = (1, 1);
-        let mut instance =
-            Instance { id, all: Vec::new(), reduced: Vec::new(), last: None, interface: Vec::new() };
+        let mut instance = Instance {
+            id,
+            all: Vec::new(),
+            reduced: Vec::new(),
+            last: None,
+            interface: Vec::new(),
+            kept: None,
+        };
         instance.call(Job::Start, "start")?;
         // Silent: errors are returned.
         instance.id.icntl[..4].copy_from_slice(&[-1, -1, -1, 0]);
         Ok(instance)
+    }
+
+    /// The symbolic factorisation of the kept matrix.
+    fn analyse(&mut self, group: &SimpleCommunicator) -> Result<()> {
+        let mut chosen: Vec<i32> = self.interface.iter().map(|&i| i as i32 + 1).collect();
+        self.id.listvar_schur = chosen.as_mut_ptr();
+        // Some versions look at the address of the Schur complement already here.
+        let mut s = vec![0.0; chosen.len() * chosen.len()];
+        self.id.schur = s.as_mut_ptr();
+        self.show_matrix(group);
+        let done = self.call(Job::Analyse, "analysis");
+        self.hide_matrix();
+        done?;
+        parallel::demand(group, self.need(), "its factorisation")
+    }
+
+    /// Factorises the kept matrix, as it was analysed but for its values; returns its Schur complement.
+    fn factorise(&mut self, group: &SimpleCommunicator, times: Times) -> Result<Vec<f64>> {
+        self.last = None;
+        let mut chosen: Vec<i32> = self.interface.iter().map(|&i| i as i32 + 1).collect();
+        let mut s = vec![0.0; chosen.len() * chosen.len()];
+        (self.id.listvar_schur, self.id.schur) = (chosen.as_mut_ptr(), s.as_mut_ptr());
+        self.show_matrix(group);
+        let mut tried = 0;
+        let done = loop {
+            match self.call(Job::Factorise, "factorisation") {
+                Err(_) if tried < RETRIES && self.lacks_memory() => self.id.icntl[13] *= 2,
+                other => break other,
+            }
+            tried += 1;
+        };
+        self.hide_matrix();
+        let [error, .., negative] = self.id.infog[..12] else { return Err(Error::internal("INFOG")) };
+        // Without pivoting MUMPS goes on after a negative pivot and counts it.
+        match times {
+            Times::Often if matches!(error, -10 | -40) => Err(Error::indefinite("a pivot is zero")),
+            Times::Often if error >= 0 && negative > 0 => {
+                Err(Error::indefinite(format!("{negative} pivots are negative")))
+            }
+            Times::Once | Times::Often => done.map(|()| s),
+        }
+    }
+
+    /// Points MUMPS to the kept matrix, which stays where it is until it is hidden again.
+    fn show_matrix(&mut self, group: &SimpleCommunicator) {
+        let (id, Some(matrix)) = (&mut self.id, &mut self.kept) else { return };
+        let count = matrix.values.len() as i64;
+        let [rows, columns] = [matrix.rows.as_mut_ptr(), matrix.columns.as_mut_ptr()];
+        if group.size() == 1 {
+            (id.nnz, id.irn, id.jcn, id.a) = (count, rows, columns, matrix.values.as_mut_ptr());
+        } else {
+            (id.nnz_loc, id.irn_loc, id.jcn_loc, id.a_loc) =
+                (count, rows, columns, matrix.values.as_mut_ptr());
+        }
+    }
+
+    /// Forgets the addresses of the matrix and of the Schur complement.
+    fn hide_matrix(&mut self) {
+        let id = &mut self.id;
+        (id.irn, id.jcn, id.a) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
+        (id.irn_loc, id.jcn_loc, id.a_loc) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
+        (id.listvar_schur, id.schur) = (ptr::null_mut(), ptr::null_mut());
     }
 
     fn call(&mut self, job: Job, phase: &str) -> Result<()> {
@@ -210,6 +350,10 @@ impl Instance {
         matches!(self.id.infog[0], -8 | -9 | -14 | -15 | -17 | -20)
     }
 
+    fn has_interface(&self) -> bool {
+        self.id.size_schur > 0
+    }
+
     /// b with zeros on B.
     fn inside(&self, b: &[f64]) -> Vec<f64> {
         let mut inside = b.to_vec();
@@ -223,6 +367,11 @@ impl Instance {
         } else {
             self.all = parallel::gather(group, b);
         }
+        if !self.has_interface() {
+            // Nothing to reduce to: MUMPS solves at the expansion.
+            self.last = Some(b.to_vec());
+            return Ok(Vec::new());
+        }
         self.solve(Half::Reduce)?;
         self.last = Some(self.inside(b));
         Ok(self.reduced.clone())
@@ -230,7 +379,7 @@ impl Instance {
 
     fn expand(&mut self, group: &SimpleCommunicator, n_owned: usize, x_b: &[f64]) -> Result<Vec<f64>> {
         self.reduced.copy_from_slice(x_b);
-        self.solve(Half::Expand)?;
+        self.solve(if self.has_interface() { Half::Expand } else { Half::Both })?;
         // MUMPS has given up what the reduction left.
         self.last = None;
         let mut x = match group.size() {
@@ -257,8 +406,8 @@ impl Drop for Instance {
     }
 }
 
-/// Number of all rows, and this rank's entries on and above the diagonal.
-fn upper_triangle(a: &Matrix) -> Result<(usize, Triples)> {
+/// Number of all rows, and this rank's entries on and above the diagonal; those factorised once are without zeros.
+fn upper_triangle(a: &Matrix, times: Times) -> Result<(usize, Triples)> {
     let mut triples = Triples::default();
     let (mut n, mut first, mut end) = (0, 0, 0);
     // SAFETY: a valid matrix; every row is given back before the next is asked for.
@@ -271,10 +420,9 @@ fn upper_triangle(a: &Matrix) -> Result<(usize, Triples)> {
             if count > 0 {
                 let of_row = std::slice::from_raw_parts(columns, count as usize);
                 let of_row = of_row.iter().zip(std::slice::from_raw_parts(values, count as usize));
-                for (&column, &value) in of_row.filter(|(column, value)| **column >= row && **value != 0.0) {
-                    triples.rows.push(row + 1);
-                    triples.columns.push(column + 1);
-                    triples.values.push(value);
+                let counts = |value: f64| times == Times::Often || value != 0.0;
+                for (&column, &value) in of_row.filter(|(column, value)| **column >= row && counts(**value)) {
+                    triples.push(row + 1, column + 1, value);
                 }
             }
             check(sys::MatRestoreRow(a.0, row, &mut count, &mut columns, &mut values))?;

@@ -53,11 +53,13 @@ pub enum Reason {
     ChecksFailed,
     /// No state of the contact nodes was found that satisfies the laws of friction.
     NoState,
+    /// No stresses were found in bodies that yield that are in equilibrium with their loads.
+    NoEquilibrium,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Reason; 13] = [
+    pub const ALL: [Reason; 14] = [
         Reason::Converged,
         Reason::Open,
         Reason::NoContact,
@@ -71,6 +73,7 @@ impl Reason {
         Reason::NotFinite,
         Reason::ChecksFailed,
         Reason::NoState,
+        Reason::NoEquilibrium,
     ];
 
     /// True if the result is a solution: exit code 0, otherwise 3.
@@ -94,6 +97,7 @@ impl Reason {
             Reason::NotFinite => "not_finite",
             Reason::ChecksFailed => "checks_failed",
             Reason::NoState => "no_state",
+            Reason::NoEquilibrium => "no_equilibrium",
         }
     }
 
@@ -149,6 +153,9 @@ impl Reason {
             }
             (Reason::NoState, _) => {
                 "No state of the contact nodes, open, sticking or slipping, was found that satisfies the laws of friction."
+            }
+            (Reason::NoEquilibrium, _) => {
+                "No stresses that the materials can bear were found in equilibrium with the loads."
             }
         }
     }
@@ -211,6 +218,10 @@ impl Reason {
             (Reason::NoState, _) => {
                 "Large coefficients of friction may leave no solution, or several: apply the loads in steps, and look whether the \
                  coefficient is right."
+            }
+            (Reason::NoEquilibrium, _) => {
+                "The loads may be beyond the limit load of a body: look at how far they got, and at yield stress, hardening and units; \
+                 or apply them in more steps."
             }
         }
     }

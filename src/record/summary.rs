@@ -64,6 +64,9 @@ pub struct Summary {
     /// Where the work went in all steps; only where surfaces rub.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergySummary>,
+    /// What has yielded by the last step; only where bodies can.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plasticity: Option<PlasticitySummary>,
     /// The load steps that were run; only if the case has a table of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<Vec<StepSummary>>,
@@ -170,15 +173,52 @@ pub struct StepSummary {
     pub pairs: Vec<PairSummary>,
     /// The probes, in file order.
     pub probes: Vec<ProbeSummary>,
-    /// Where the work went so far; only where surfaces rub.
+    /// Where the work went so far; only where surfaces rub or bodies can yield.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergySummary>,
+    /// What has yielded; only where bodies can.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plasticity: Option<PlasticitySummary>,
     /// Discretisation error at its end, if it was estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<ErrorEstimate>,
 }
 
-/// Energies of all bodies since the start: external + heat = stored + dissipated.
+/// What bodies have yielded, and how it was found.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct PlasticitySummary {
+    /// Iterations of the step: contact problems of linear bodies.
+    pub iterations: u64,
+    /// Largest residual of equilibrium of a body, over its nodal forces, after each iteration of the last increment.
+    pub residuals: Vec<f64>,
+    /// Factorisations of stiffness matrices, by all bodies so far.
+    pub factorisations: u64,
+    /// Share of all cells in which plastic strain grows in the last increment.
+    pub plastic_fraction: f64,
+    /// Largest equivalent plastic strain at a point.
+    pub max_plastic_strain: f64,
+    /// The bodies that can yield.
+    pub bodies: Vec<BodyPlasticity>,
+}
+
+/// What a body has yielded.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct BodyPlasticity {
+    /// Name.
+    pub name: String,
+    /// Share of its volume that has plastic strain.
+    pub plastic_volume: f64,
+    /// Largest equivalent plastic strain at a point.
+    pub max_plastic_strain: f64,
+    /// Plastic work so far, J.
+    pub work: f64,
+    /// Share of its cells in which plastic strain grows in the last increment.
+    pub plastic_fraction: f64,
+    /// Share of its cells that were iterated; 1: all.
+    pub zone_fraction: f64,
+}
+
+/// Energies of all bodies since the start: external + heat = stored + dissipated + plastic.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EnergySummary {
     /// Work of loads and supports, and of putting together surfaces that overlap at the start, J.
@@ -190,9 +230,12 @@ pub struct EnergySummary {
     /// Elastic energy, J.
     #[serde(skip_serializing_if = "not_finite")]
     pub stored: f64,
-    /// Work of friction, J.
-    #[serde(skip_serializing_if = "not_finite")]
-    pub dissipated: f64,
+    /// Work of friction, J; only where surfaces rub.
+    #[serde(skip_serializing_if = "absent")]
+    pub dissipated: Option<f64>,
+    /// Plastic work, J: what hardening stores is part of it; only where bodies can yield.
+    #[serde(skip_serializing_if = "absent")]
+    pub plastic: Option<f64>,
     /// What is missing to the balance, over the largest of these so far, -.
     #[serde(skip_serializing_if = "not_finite")]
     pub imbalance: f64,
@@ -226,6 +269,7 @@ impl StepSummary {
             pairs,
             probes,
             energy: None,
+            plasticity: None,
             error_estimate,
         }
     }

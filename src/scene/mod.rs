@@ -1,4 +1,6 @@
 //! The scene, before anything is solved: meshes, ranks, contact surfaces, and bodies that could move freely.
+mod insert;
+
 use crate::vector::larger;
 use crate::{
     body::{Elements, find_facets},
@@ -42,11 +44,12 @@ pub struct Plan {
     pub(crate) traffic: Rc<Traffic>,
 }
 
-/// Builds a body's mesh.
+/// Builds a body's mesh, all of it of the body's own material; [`mesh_of`] knows its inserts.
 pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
     let (mesh, origin) = match geometry {
-        Geometry::Gmsh { file, group, scale, refine, origin } => {
-            let read = mesh::read_gmsh(file, group.as_deref(), *scale).map_err(|e| origin.error(e))?;
+        Geometry::Gmsh { file, groups, scale, refine, origin } => {
+            let groups: Vec<&str> = groups.iter().map(String::as_str).collect();
+            let read = mesh::read_gmsh(file, &groups, *scale).map_err(|e| origin.error(e))?;
             (finer(read, *refine, origin), origin)
         }
         Geometry::Generated { shape, element, rotate, translate, origin } => {
@@ -58,9 +61,16 @@ pub fn build_mesh(geometry: &Geometry) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// A body's mesh with its cuts.
-pub(crate) fn cut_mesh(body: &BodyCase) -> Result<Mesh> {
+/// Builds a body's mesh with its inserts, without its cuts.
+pub fn mesh_of(body: &BodyCase) -> Result<Mesh> {
     let mut mesh = build_mesh(&body.geometry)?;
+    insert::mark(&mut mesh, body)?;
+    Ok(mesh)
+}
+
+/// A body's mesh with its inserts and cuts.
+pub(crate) fn cut_mesh(body: &BodyCase) -> Result<Mesh> {
+    let mut mesh = mesh_of(body)?;
     // Contact, too, is with the smooth outline, not with the sides.
     if let Geometry::Gmsh { refine: 0, .. } = body.geometry {
         mesh.follow_smooth_outline();

@@ -15,7 +15,7 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
         &b.reaction,
         &[b.noise],
         &b.round_off,
-        &[b.applied, b.stored],
+        &[b.applied, b.stored, b.plastic],
     ]
     .concat();
     let s = parallel::sum(group, &parts);
@@ -30,6 +30,7 @@ pub(super) fn total(group: &SimpleCommunicator, b: &Balance) -> Balance {
         round_off: [s[15], s[16]],
         applied: s[17],
         stored: s[18],
+        plastic: s[19],
     }
 }
 

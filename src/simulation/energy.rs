@@ -1,4 +1,5 @@
-//! Where the work of loads and supports goes on a path on which surfaces rub: what is stored, and what friction dissipates.
+//! Where the work of loads and supports goes on a path on which surfaces rub or bodies yield: what is stored, and what
+//! friction and plastic strains take.
 //!
 //! The work of forces f on displacements u in an increment is (f0 + f1)'(u1 - u0) / 2, as if both grew together, less what
 //! [`EndFound::beside`](crate::step::EndFound) says of nodes that close or begin to slip. Heat adds what the elastic energy changes
@@ -84,12 +85,13 @@ pub(super) fn balance(
 ) -> (Energy, EnergySummary) {
     let beside = found.ends.iter().map(|end| end.beside).sum::<f64>();
     let [stresses, held, contact] = now.works(before);
-    let [stored, all] =
-        balances.iter().fold([0.0; 2], |[stored, all], b| [stored + b.stored, all + b.work[2]]);
+    let [stored, plastic, all] = balances.iter().fold([0.0; 3], |[stored, plastic, all], b| {
+        [stored + b.stored, plastic + b.plastic, all + b.work[2]]
+    });
     let relieved = f64::from(u8::from(found.relieved));
-    let sums = parallel::sum(world, &[stresses, held, contact, beside, stored, all, relieved]);
-    let [stresses, held, contact, beside, stored, all, relieved] = sums[..] else {
-        unreachable!("seven sums")
+    let sums = parallel::sum(world, &[stresses, held, contact, beside, stored, plastic, all, relieved]);
+    let [stresses, held, contact, beside, stored, plastic, all, relieved] = sums[..] else {
+        unreachable!("eight sums")
     };
     let dissipated = pairs.iter().filter_map(|pair| Some(pair.friction.as_ref()?.dissipated)).sum::<f64>();
     // Where rows are found again in each state, take forces by interpolation or are relieved of what facets make of them, what they
@@ -102,19 +104,29 @@ pub(super) fn balance(
         false => held - beside,
     };
     let heated = case.bodies.iter().any(|body| body.temperature.is_some());
-    let heat = if heated { stored - so_far.stored - stresses } else { 0.0 };
+    let kept = stored - so_far.stored + plastic - so_far.plastic;
+    let heat = if heated { kept - stresses } else { 0.0 };
     let mut energy = Energy {
         external: so_far.external + external,
         heat: so_far.heat + heat,
         stored,
         dissipated,
+        plastic,
         largest: so_far.largest,
     };
     let Energy { external, heat, .. } = energy;
     energy.largest =
-        [external, heat, stored, dissipated].iter().fold(energy.largest, |m, e| larger(m, e.abs()));
-    let missing = (external + heat - stored - dissipated).abs();
+        [external, heat, stored, dissipated, plastic].iter().fold(energy.largest, |m, e| larger(m, e.abs()));
+    let missing = (external + heat - stored - dissipated - plastic).abs();
     // Where all works cancel their round-off has no balance.
     let imbalance = if energy.largest <= SCENE * all { 0.0 } else { ratio(missing, energy.largest) };
-    (energy, EnergySummary { external, heat: heated.then_some(heat), stored, dissipated, imbalance })
+    let summary = EnergySummary {
+        external,
+        heat: heated.then_some(heat),
+        stored,
+        dissipated: case.has_friction().then_some(dissipated),
+        plastic: case.has_plasticity().then_some(plastic),
+        imbalance,
+    };
+    (energy, summary)
 }

@@ -13,6 +13,7 @@ mod outline;
 mod outlook;
 mod pairs;
 mod paths;
+mod plastic;
 mod plausible;
 mod report;
 mod results;

@@ -108,6 +108,7 @@ impl Run {
             held_modes: modes_of(case, &self.last.held_modes),
             pairs: last.map_or_else(Vec::new, |s| s.pairs.clone()),
             energy: last.and_then(|s| s.energy),
+            plasticity: last.and_then(|s| s.plasticity.clone()),
             probes: last.map_or_else(Vec::new, |s| s.probes.clone()),
             steps: (!case.steps.is_empty()).then_some(self.steps),
             checks: self.checks,

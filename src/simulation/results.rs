@@ -7,6 +7,7 @@ use super::{
     friction_fields::add_friction,
     outline::outlines,
     pairs::pair_results,
+    plastic,
     plausible::{self, Motion, Motions, plausibility},
 };
 use crate::{
@@ -67,7 +68,7 @@ pub(super) struct Run {
     pub tolerance: f64,
     /// What acts after the last step that is kept.
     factors: LoadFactors,
-    /// Where surfaces rub: forces and displacements there.
+    /// Where surfaces rub or bodies yield: forces and displacements there.
     point: Option<energy::Point>,
     /// True if that is an increment on the way to the end of its step.
     unfinished: bool,
@@ -83,7 +84,7 @@ struct Measured {
     plausibility: Plausibility,
     counts: Counts,
     warnings: Vec<String>,
-    /// Where surfaces rub.
+    /// Where surfaces rub or bodies yield.
     energy: Option<(energy::Point, Energy)>,
 }
 
@@ -132,6 +133,10 @@ impl Run {
             run.keep(case, plan, engine, accepted)
         })?;
         run.end(end, case, &plan.groups.world)?;
+        if run.last.estimate.is_none() && !run.last.solution.is_empty() {
+            let displacement = run.last.solution.iter().map(|[u, _]| u.clone()).collect::<Vec<_>>();
+            engine.revisit(&scene, &run.factors, &displacement)?;
+        }
         run.estimate(case, plan, engine.bodies())?;
         Ok(run)
     }
@@ -139,7 +144,7 @@ impl Run {
     /// Says how far the load got where it did not get to the end. Collective.
     fn end(&mut self, end: End, case: &Case, world: &SimpleCommunicator) -> Result<()> {
         let reached = self.steps.iter().rev().find(|step| step.reason.converged());
-        let tells = !case.steps.is_empty() || case.has_friction();
+        let tells = !case.steps.is_empty() || case.has_friction() || case.has_plasticity();
         let reached = reached.filter(|_| tells).map(|step| {
             format!(
                 "the load got to loads = {}, supports = {}, temperature = {}{}",
@@ -235,6 +240,9 @@ impl Run {
         {
             step.alternations += before.alternations;
             step.updates += before.updates;
+            if let (Some(step), Some(before)) = (&mut step.plasticity, before.plasticity) {
+                step.iterations += before.iterations;
+            }
         }
         self.steps.push(step);
     }
@@ -434,18 +442,27 @@ fn measure(
     if case.has_friction() {
         add_friction(&mut piece, plan, bodies, &tables);
     }
+    if case.has_plasticity() {
+        plastic::add_plastic(&mut piece, bodies, &recovered);
+    }
     let estimating = Stage::Estimate.enter();
     let mut of_pairs = vec![None; case.contacts.len()];
     for ((influence, _), stresses) in std::iter::zip(influences, parallel::sum(world, &changes)) {
         let partners = influence.partners.map(|change| ratio(change, influence.value));
         of_pairs[influence.pair] = Some(Change { stresses, partners });
     }
-    let estimate =
+    let mut estimate =
         estimated.then(|| Estimate::new(case, plan, errors, &multiplier_sides(plan, &tables), &of_pairs));
+    if let (true, Some(estimate)) = (case.has_plasticity(), &mut estimate) {
+        // The estimate knows of stresses in the plane alone, of which plastic strains across it are no part.
+        let mut stored = vec![0.0; case.bodies.len()];
+        std::iter::zip(&balances, groups.bodies()).for_each(|(b, &index)| stored[index] = b.stored);
+        estimate.strain_energy = parallel::max(world, &stored);
+    }
     let of_pair = estimate.iter().flat_map(|estimate| &estimate.pairs);
     std::iter::zip(&mut pairs, of_pair).for_each(|(p, e)| p.error_estimate = e.pressure);
     drop(estimating);
-    let energy = case.has_friction().then(|| {
+    let energy = (case.has_friction() || case.has_plasticity()).then(|| {
         let acting = std::iter::zip(bodies, &recovered).zip(std::iter::zip(&state.bodies, &contact));
         let acting = acting.map(|((body, fields), (end, contact))| energy::Acting {
             displacement: end.displacement.clone(),
@@ -484,6 +501,8 @@ fn measure(
     let step = LoadStep { reason: found.reason, alternations, updates, ..step };
     let mut summary = StepSummary::new(&step, found.tolerance, pairs, probes, None);
     summary.energy = of_energy;
+    summary.plasticity =
+        case.has_plasticity().then(|| plastic::summarise(case, plan, bodies, (&recovered, &balances), found));
     if let Some(estimate) = &estimate {
         summary.set_estimate(estimate);
     }

@@ -3,6 +3,7 @@ use super::{
     contacts::Contacts,
     found::Found,
     neutral::{self, Neutral},
+    newton::Progress,
     place::{Damping, Place, rigid_factor, rigid_factors},
     rows::rigid_motion,
     state::{BodyState, Energy, PairState, State},
@@ -45,8 +46,8 @@ const TURNED: f64 = 0.05;
 /// The bodies of this rank's group with their factorisations, and the contact rows as its first rank holds them. What it
 /// keeps between steps can be made again from a state: operators, and the contact rows of the last geometry.
 pub(crate) struct Engine {
-    bodies: Vec<Body>,
-    responses: Vec<Response>,
+    pub(super) bodies: Vec<Body>,
+    pub(super) responses: Vec<Response>,
     contacts: Option<Contacts>,
     modes: Modes,
     /// Motions of this rank's bodies along their own surfaces.
@@ -141,7 +142,7 @@ impl Engine {
                 ResponseCase::Solver => ResponseKind::Solver,
             };
             let (body, mesh, group) = (&case.bodies[b], &plan.meshes[i], &groups.group);
-            assembled.push(Body::assemble(body, case.analysis, mesh, group, &nodes, kind)?);
+            assembled.push(Body::assemble(body, case, mesh, group, &nodes, kind)?);
             Ok(())
         });
         agree(&groups.world, built)?;
@@ -192,10 +193,11 @@ impl Engine {
         let begun = place.clone();
         let mut warm = from.pairs.clone();
         let mut found = Found::none();
-        let mut end = Nodal::default();
-        let mut decisive = Vec::new();
+        let (mut end, mut decisive);
         let mut damping = Damping::default();
-        for update in 0..=GEOMETRY_UPDATES {
+        let mut newton = case.has_plasticity().then(|| self.begin(scene, from)).transpose()?;
+        let (mut update, mut residuals) = (0, Vec::new());
+        loop {
             if updated {
                 self.follow(scene, &place)?;
             }
@@ -208,8 +210,29 @@ impl Engine {
             self.clock.recover += recovering.elapsed().as_secs_f64();
             warm = solution.pairs;
             decisive = solution.influences;
-            if !updated || !found.reason.converged() {
+            let mut balanced = true;
+            if let Some(iterations) = &mut newton {
+                iterations.as_accurate_as(found.tolerance);
+                let progress = match found.reason.converged() {
+                    true => self.iterate(iterations, plan, &mut end)?,
+                    false => Progress::Failed(String::new()),
+                };
+                residuals = iterations.residuals.clone();
+                found.iterations += 1;
+                balanced = matches!(progress, Progress::Solved);
+                if let Progress::Failed(why) = progress {
+                    if found.reason.converged() {
+                        found.reason = Reason::NoEquilibrium;
+                        found.diagnosis.push(why);
+                    }
+                    break;
+                }
+            }
+            if !found.reason.converged() || (!updated && balanced) {
                 break;
+            }
+            if !updated {
+                continue;
             }
             let now = Place {
                 displacement: self.at_interfaces(plan, &end.displacement),
@@ -230,17 +253,20 @@ impl Engine {
             place = damping.next(place, now, plan);
             // No further than round-off let the forces come.
             let accuracy = parallel::from_first(&plan.groups.world, found.round_off.unwrap_or(0.0));
-            if moved <= larger(larger(found.tolerance, SETTLED), accuracy) {
+            if balanced && moved <= larger(larger(found.tolerance, SETTLED), accuracy) {
                 break;
             }
-            if update == GEOMETRY_UPDATES {
+            update += 1;
+            if update > GEOMETRY_UPDATES {
                 found.reason = Reason::Stalled;
                 found.diagnosis.push(format!(
                     "after {GEOMETRY_UPDATES} damped updates of normals and gaps the surfaces still move by {moved:.1e} of their \
                      displacement, in smaller steps too: refine the mesh where one node or a corner carries"
                 ));
+                break;
             }
         }
+        found.residuals = residuals;
         let influences = decisive
             .into_iter()
             .map(|(influence, solution)| Ok((influence, self.recover(plan, &solution, Accuracy::AsSolved)?)))
@@ -286,9 +312,14 @@ impl Engine {
         agree(&plan.groups.world, loaded)?;
         if (target.number, target.increment) > (1, 1) {
             // A stiffness that varies with the temperature may have other soft modes.
-            self.modes = number_modes(plan, &self.bodies);
+            self.number_modes(plan);
         }
         Ok(())
+    }
+
+    /// Collective.
+    pub(super) fn number_modes(&mut self, plan: &Plan) {
+        self.modes = number_modes(plan, &self.bodies);
     }
 
     /// Temperatures at the nodes of each end's surface, K, on the first ranks; nothing where no law varies with them. Collective.
@@ -305,6 +336,12 @@ impl Engine {
 
     /// Where a state's surfaces are. Collective.
     fn place_of(&self, case: &Case, plan: &Plan, state: &State) -> Result<Place> {
+        let displacement = self.at_interfaces(plan, &self.displacements_of(plan, state)?);
+        Ok(Place { displacement, rigid: rigid_factors(case, &state.factors) })
+    }
+
+    /// A state's displacements at the owned nodes of each body. Collective.
+    pub(super) fn displacements_of(&self, plan: &Plan, state: &State) -> Result<Vec<Vec<f64>>> {
         let of = |body: &Body, index: &usize| {
             let known = state.bodies.iter().find(|b| b.body == *index);
             let own = &body.part.original[..body.part.n_owned];
@@ -321,9 +358,7 @@ impl Engine {
             found.map(|u| u.concat()).ok_or_else(|| Error::internal("the state lacks nodes of the mesh"))
         };
         let own = std::iter::zip(&self.bodies, plan.groups.bodies()).map(|(b, i)| of(b, i));
-        let own = agree(&plan.groups.world, own.collect::<Result<Vec<_>>>())?;
-        let displacement = self.at_interfaces(plan, &own);
-        Ok(Place { displacement, rigid: rigid_factors(case, &state.factors) })
+        agree(&plan.groups.world, own.collect::<Result<Vec<_>>>())
     }
 
     /// Displacements of the interface nodes, on the first rank of the group. Collective.
@@ -346,6 +381,8 @@ impl Engine {
             body: index,
             nodes: body.part.original[..body.part.n_owned].to_vec(),
             displacement,
+            cells: if body.yields() { body.part.original_cells.clone() } else { Vec::new() },
+            points: body.point_states().to_vec(),
         });
         State { factors: target.factors.clone(), bodies: bodies.collect(), pairs, energy }
     }

@@ -38,6 +38,10 @@ pub(crate) struct Found {
     pub turned: Vec<String>,
     /// The residual that round-off leaves, if that is more than the tolerance.
     pub round_off: Option<f64>,
+    /// Newton iterations of bodies that yield, and what each of the last increment left of the residual of equilibrium.
+    pub iterations: u64,
+    #[allow(missing_docs)]
+    pub residuals: Vec<f64>,
     /// Something else than the contact forces takes up what these do on motions along faceted surfaces.
     pub relieved: bool,
 }
@@ -155,6 +159,8 @@ impl Found {
             warnings: Vec::new(),
             turned: Vec::new(),
             round_off: None,
+            iterations: 0,
+            residuals: Vec::new(),
             relieved: false,
         }
     }
@@ -177,6 +183,7 @@ impl Found {
         before.history.append(&mut self.history);
         self.history = before.history;
         self.updates += before.updates;
+        self.iterations += before.iterations;
         self.force_steps += before.force_steps;
         self.displacement_steps += before.displacement_steps;
     }

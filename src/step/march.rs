@@ -4,7 +4,10 @@ use super::{
     found::Found,
     state::State,
     task::{Scene, Target},
-    way::{Change, DEPENDS, LEAST_SLIDING, Pace, Way, change, depends_on_way, pace_by, turnover},
+    way::{
+        Change, DEPENDS, LEAST_COLLAPSING, LEAST_SLIDING, Pace, Way, change, depends_on_way, pace_by,
+        turnover,
+    },
 };
 use crate::{
     body::LoadFactors,
@@ -49,7 +52,7 @@ pub(crate) fn march<'p>(
 ) -> Result<End> {
     let (case, world) = (scene.case, &scene.plan.groups.world);
     let updated = case.contacts.iter().any(|c| c.geometry == ContactGeometry::Updated);
-    let divisible = updated || case.has_friction() || !case.steps.is_empty();
+    let divisible = updated || case.has_friction() || case.has_plasticity() || !case.steps.is_empty();
     let mut state = State::start();
     for (i, step) in path.iter().enumerate() {
         let is_final = i + 1 == path.len();
@@ -122,9 +125,12 @@ pub(crate) fn march<'p>(
             };
             // Where a body leaves that only friction holds is looked for to the end.
             let slides = case.has_friction() && matches!(failure, End::Refused(_));
-            let halved = match slides {
-                true => pace.halve_down_to(LEAST_SLIDING, reached),
-                false => pace.halve(reached),
+            // So is the limit load, but not to the last digit.
+            let collapses = matches!(failure, End::Stopped(Reason::NoEquilibrium));
+            let halved = match (slides, collapses) {
+                (true, _) => pace.halve_down_to(LEAST_SLIDING, reached),
+                (_, true) => pace.halve_down_to(LEAST_COLLAPSING, reached),
+                _ => pace.halve(reached),
             };
             if !halved {
                 return Ok(failure);
@@ -160,5 +166,6 @@ fn divided(
     let end = half.map_or(Ok(None), |half| to(&half, target.factors))?;
     // What is measured next is the increment itself.
     engine.load(scene.plan, target)?;
+    engine.return_to(scene, from, whole)?;
     Ok(end.map_or(Change::default(), |end| change(&from.pairs, [&whole.pairs, &end.pairs], world)))
 }

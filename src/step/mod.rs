@@ -8,6 +8,7 @@ mod known;
 mod length;
 mod march;
 mod neutral;
+mod newton;
 mod place;
 mod report;
 mod rows;

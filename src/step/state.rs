@@ -1,5 +1,5 @@
 //! History as one value.
-use crate::{body::LoadFactors, contact::Coefficients, schwarz::Touch};
+use crate::{body::LoadFactors, contact::Coefficients, material::PointState, schwarz::Touch};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ pub struct State {
     pub bodies: Vec<BodyState>,
     /// Sides with multipliers that this rank holds.
     pub pairs: Vec<PairState>,
-    /// Of all bodies; nought where nothing rubs.
+    /// Of all bodies; nought where nothing rubs or yields.
     #[serde(default)]
     pub energy: Energy,
 }
@@ -30,6 +30,9 @@ pub struct Energy {
     pub stored: f64,
     /// Work of friction.
     pub dissipated: f64,
+    /// Plastic work.
+    #[serde(default)]
+    pub plastic: f64,
     /// The largest of these so far.
     pub largest: f64,
 }
@@ -43,6 +46,12 @@ pub struct BodyState {
     pub nodes: Vec<u32>,
     /// Their displacements, m, one after the other, as many components as the mesh has dimensions.
     pub displacement: Vec<f64>,
+    /// Mesh cells whose points are known, of a body that yields: of several ranks, some twice.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cells: Vec<u32>,
+    /// Their points, one cell after the other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<PointState>,
 }
 
 /// The side of a contact pair that carries the multipliers.

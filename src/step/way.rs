@@ -22,6 +22,9 @@ const LEAST_AUTOMATIC: f64 = 1.0 / 64.0;
 /// a millionth.
 pub(super) const LEAST_SLIDING: f64 = 1.0 / (1 << 21) as f64;
 
+/// Least share of the way that is tried where bodies that yield find no equilibrium: the limit load is known to a thousandth.
+pub(super) const LEAST_COLLAPSING: f64 = 1.0 / 2048.0;
+
 /// Share of a pair's candidates that may open or close in an automatic increment.
 const TURNOVER: f64 = 0.2;
 

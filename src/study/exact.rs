@@ -197,6 +197,13 @@ fn heating(exact: &ExactCase, body: &BodyCase) -> Result<f64> {
 }
 
 fn plane(case: &Case, exact: &ExactCase, body: &BodyCase) -> Result<Plane> {
+    if body.yields() || !body.inserts.is_empty() {
+        return Err(exact.origin.error(format!(
+            "the closed form needs elastic bodies of one material; body '{}' {}",
+            body.name,
+            if body.yields() { "has one that yields" } else { "has inserts" }
+        )));
+    }
     let MaterialCase { young, poisson, expansion, .. } = &body.material;
     let constant = |property: &Property| match property {
         Property::Constant(value) => Ok(*value),

@@ -23,7 +23,7 @@ impl Case {
         case.rigid.iter_mut().for_each(|rigid| turn.rigid(rigid));
         for contact in &case.contacts {
             if contact.surfaces.iter().any(|surface| surface.within.is_some()) {
-                return Err(contact.origin.error("a case with a box 'within' cannot be rotated"));
+                return Err(contact.origin.error(turn::BOX));
             }
         }
         for probe in &mut case.probes {

@@ -1,9 +1,10 @@
 //! A case in other units.
 use super::box3::Box3;
 use crate::case::{
-    BodyCase, Geometry, Grading, LoadKind, Property, Region, RigidCase, RigidShape, Scalar, Shape,
-    Temperature,
+    BodyCase, Geometry, Grading, InsertCells, LoadKind, MaterialCase, Property, Region, RigidCase,
+    RigidShape, Scalar, Shape, Temperature,
 };
+use crate::material::{Hardening, Plasticity};
 
 /// Factors on every length and every pressure.
 pub(super) struct Scale {
@@ -20,7 +21,13 @@ impl Scale {
                 scale_all(translate, self.length);
             }
         }
-        self.property(&mut body.material.young);
+        self.material(&mut body.material);
+        for insert in &mut body.inserts {
+            self.material(&mut insert.material);
+            if let InsertCells::Within(within) = &mut insert.cells {
+                within.iter_mut().for_each(|corner| scale_all(corner, self.length));
+            }
+        }
         match &mut body.temperature {
             Some(Temperature::Field(scalar)) => self.scalar(scalar, 1.0),
             Some(Temperature::Nodal { values, .. }) => {
@@ -34,6 +41,26 @@ impl Scale {
         }
         for load in &mut body.loads {
             self.load(&mut load.kind);
+        }
+    }
+
+    fn material(&self, material: &mut MaterialCase) {
+        self.property(&mut material.young);
+        let Some(Plasticity { hardening, kinematic }) = &mut material.plasticity else { return };
+        match hardening {
+            Hardening::Linear { yield_stress, modulus } => {
+                self.property(yield_stress);
+                self.property(modulus);
+            }
+            Hardening::Table(curves) => {
+                curves.iter_mut().flat_map(|(_, curve)| curve).for_each(|point| point.1 *= self.pressure);
+            }
+            Hardening::RambergOsgood { yield_stress, .. } | Hardening::Power { yield_stress, .. } => {
+                self.property(yield_stress);
+            }
+        }
+        if let Some(kinematic) = kinematic {
+            self.property(&mut kinematic.modulus);
         }
     }
 

@@ -1,7 +1,9 @@
 //! A case moved as a whole.
 use super::box3::Box3;
 use crate::{
-    case::{BodyCase, Geometry, LoadKind, Region, RigidCase, RigidShape, Scalar, Temperature},
+    case::{
+        BodyCase, Geometry, Insert, InsertCells, LoadKind, Region, RigidCase, RigidShape, Scalar, Temperature,
+    },
     error::Result,
 };
 
@@ -24,6 +26,11 @@ impl Shift {
                 return Err(origin.error("a case with a mesh file cannot be translated"));
             }
             Geometry::Generated { translate, .. } => self.point(translate),
+        }
+        for Insert { cells, .. } in &mut body.inserts {
+            if let InsertCells::Within(within) = cells {
+                within.iter_mut().for_each(|corner| self.point(corner));
+            }
         }
         match &mut body.temperature {
             Some(Temperature::Field(scalar)) => self.field(scalar),

@@ -1,8 +1,14 @@
 //! A case turned about the origin.
 use crate::{
-    case::{BodyCase, Geometry, Load, LoadKind, Origin, Region, RigidCase, RigidShape, Scalar, Temperature},
+    case::{
+        BodyCase, Geometry, InsertCells, Load, LoadKind, Origin, Region, RigidCase, RigidShape, Scalar,
+        Temperature,
+    },
     error::Result,
 };
+
+/// The sides of a box lie along x and y.
+pub(super) const BOX: &str = "a case with a box 'within' cannot be rotated";
 
 /// A rotation by `angle`, radians, counter-clockwise.
 pub(super) struct Turn {
@@ -36,6 +42,11 @@ impl Turn {
                 *rotate += self.angle;
                 let [x, y, _] = self.vector([translate[0], translate[1], 0.0]);
                 *translate = [x, y];
+            }
+        }
+        for insert in &body.inserts {
+            if let InsertCells::Within(_) = insert.cells {
+                return Err(insert.origin.error(BOX));
             }
         }
         match &mut body.temperature {
@@ -95,7 +106,7 @@ impl Turn {
             Region::Point(x) => *x = self.vector(*x),
             Region::Surface { within: None, .. } => {}
             Region::Surface { within: Some(_), .. } => {
-                return Err(origin.error("a case with a box 'within' cannot be rotated"));
+                return Err(origin.error(BOX));
             }
         }
         Ok(())

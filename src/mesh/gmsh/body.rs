@@ -9,11 +9,11 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 /// Sides of the chosen cells by their end nodes (mesh numbers, smaller first).
 type Sides = HashMap<(u32, u32), Vec<Facet>>;
 
-/// The mesh of the body named `group`, or of all cells.
-pub fn select(file: &str, raw: &Raw, group: Option<&str>, scale: f64) -> Result<Mesh> {
+/// The mesh of the body that these groups are, or of all cells.
+pub fn select(file: &str, raw: &Raw, groups: &[&str], scale: f64) -> Result<Mesh> {
     let mut body =
         Builder { file, raw, scale, mesh: Mesh { dim: 2, ..Mesh::default() }, number: HashMap::new() };
-    body.cells(group)?;
+    body.cells(groups)?;
     body.mesh.points.iter_mut().for_each(|p| p[2] = 0.0);
     body.surfaces()?;
     Ok(body.mesh)
@@ -33,35 +33,25 @@ impl Builder<'_> {
         Error::input(format!("{}: {message}", self.file))
     }
 
-    fn cells(&mut self, group: Option<&str>) -> Result<()> {
-        let raw = self.raw;
-        let all: Vec<&Element> = raw.elements.iter().filter(|e| e.kind.dim() == 2).collect();
+    fn cells(&mut self, groups: &[&str]) -> Result<()> {
+        let all: Vec<&Element> = self.raw.elements.iter().filter(|e| e.kind.dim() == 2).collect();
         if all.is_empty() {
             return Err(self.error(
                 "no triangles or quadrilaterals; if physical groups are defined, Gmsh saves only what is \
                  in one",
             ));
         }
-        let in_group = |e: &&&Element| match group {
-            Some(name) => e.groups.iter().any(|&tag| raw.name(2, tag) == name),
-            None => true,
-        };
-        let chosen: Vec<&Element> = all.iter().filter(in_group).copied().collect();
-        if let (Some(name), true) = (group, chosen.is_empty()) {
-            return Err(self.unknown_group(name, &all));
-        }
-        if let Some(name) = group {
-            let tags = chosen.iter().flat_map(|e| &e.groups).copied();
-            self.refuse_second_group(2, name, &tags.filter(|&tag| raw.name(2, tag) == name).collect())?;
-        }
+        let tags = self.tags(groups, &all)?;
+        let chosen = |e: &&&Element| groups.is_empty() || e.groups.iter().any(|tag| tags.contains(tag));
+        let chosen: Vec<&Element> = all.iter().filter(chosen).copied().collect();
         self.refuse_other_planes(&chosen)?;
-        let mut seen: HashMap<Vec<u64>, &Element> = HashMap::new();
+        let mut seen: HashMap<Vec<u64>, (u32, &Element)> = HashMap::new();
         for element in chosen {
-            let mut key = element.nodes.clone();
-            key.sort_unstable();
-            if let Some(other) = seen.insert(key, element) {
+            let number = self.mesh.cells.len() as u32;
+            if let Some((cell, other)) = seen.insert(key(element), (number, element)) {
                 // Format 2.2 repeats an element for each of its groups.
                 if element.groups != other.groups {
+                    seen.insert(key(element), (cell, element));
                     continue;
                 }
                 let tags = (other.tag, element.tag);
@@ -70,7 +60,43 @@ impl Builder<'_> {
             let cell = self.cell(element)?;
             self.mesh.cells.push(cell);
         }
+        self.groups(&all, |element| seen.get(&key(element)).map(|(cell, _)| *cell));
         Ok(())
+    }
+
+    /// Tags of the physical groups that the body is.
+    fn tags(&self, groups: &[&str], cells: &[&Element]) -> Result<BTreeSet<i32>> {
+        let all: BTreeSet<i32> = cells.iter().flat_map(|cell| &cell.groups).copied().collect();
+        let mut tags = BTreeSet::new();
+        for name in groups {
+            let own: BTreeSet<i32> =
+                all.iter().copied().filter(|&tag| self.raw.name(2, tag) == *name).collect();
+            if own.is_empty() {
+                return Err(self.unknown_group(name, cells));
+            }
+            self.refuse_second_group(2, name, &own)?;
+            tags.extend(own);
+        }
+        Ok(tags)
+    }
+
+    /// Which cells of the body each physical group has.
+    fn groups(&mut self, cells: &[&Element], number: impl Fn(&Element) -> Option<u32>) {
+        let mut groups: BTreeMap<i32, BTreeSet<u32>> = BTreeMap::new();
+        for element in cells.iter().filter(|e| !e.groups.is_empty()) {
+            // Most elements of other bodies are told by a node.
+            let here = element.nodes.iter().all(|tag| self.number.contains_key(tag));
+            if let Some(cell) = here.then(|| number(element)).flatten() {
+                element.groups.iter().for_each(|&tag| groups.entry(tag).or_default().extend([cell]));
+            }
+        }
+        for (tag, cells) in groups {
+            self.mesh.groups.entry(self.raw.name(2, tag)).or_default().extend(cells);
+        }
+        for cells in self.mesh.groups.values_mut() {
+            cells.sort_unstable();
+            cells.dedup();
+        }
     }
 
     /// On one body a name must mean one group: two would be taken together.
@@ -259,6 +285,13 @@ impl Builder<'_> {
         }
         Ok(Some(found[0]))
     }
+}
+
+/// What elements with the same nodes have in common.
+fn key(element: &Element) -> Vec<u64> {
+    let mut key = element.nodes.clone();
+    key.sort_unstable();
+    key
 }
 
 fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {

@@ -9,12 +9,12 @@ fn data(name: &str) -> PathBuf {
 }
 
 fn load(name: &str, group: Option<&str>) -> Result<Mesh> {
-    read(&data(name), group, 1.0)
+    read(&data(name), group.as_slice(), 1.0)
 }
 
 fn message(text: &str, group: Option<&str>) -> String {
     let raw = parse("m.msh", text.as_bytes());
-    raw.and_then(|raw| body::select("m.msh", &raw, group, 1.0)).unwrap_err().to_string()
+    raw.and_then(|raw| body::select("m.msh", &raw, group.as_slice(), 1.0)).unwrap_err().to_string()
 }
 
 /// Every shipped variant of one mesh.
@@ -65,7 +65,7 @@ fn all_formats_give_the_same_plate() {
 
 #[test]
 fn bodies_are_chosen_by_name_and_scaled() {
-    let block = read(&data("quad2-4.1-binary.msh"), Some("block"), 1e-3).unwrap();
+    let block = read(&data("quad2-4.1-binary.msh"), &["block"], 1e-3).unwrap();
     assert!((area(&block) - 2e-6).abs() < 1e-18);
     assert_eq!(block.surfaces.keys().collect::<Vec<_>>(), ["block bottom", "ends"]);
     assert!((surface_length(&block, "ends") - 0.5e-3).abs() < 1e-15);
@@ -97,7 +97,7 @@ fn with_elements(elements: &[&str]) -> String {
 fn clockwise_cells_are_turned_round() {
     let text = with_elements(&["1 3 2 1 1 1 4 3 2", "2 2 2 1 1 2 5 3", "3 2 2 1 1 3 6 5"]);
     let raw = parse("m.msh", text.as_bytes()).unwrap();
-    let mesh = body::select("m.msh", &raw, Some("group 1"), 1.0).unwrap();
+    let mesh = body::select("m.msh", &raw, &["group 1"], 1.0).unwrap();
     assert!((0..3).all(|c| cell_area(&mesh, c) > 0.0));
     assert!((area(&mesh) - 2.0).abs() < 1e-15);
 }
@@ -150,7 +150,7 @@ fn a_mesh_in_another_plane_is_told_where_it_lies() {
         assert!(error.contains(part) && !error.contains("mesh again"), "{error}");
     }
     let raw = parse("m.msh", with_nodes(|p| [p[0] + 1e3, p[1], 1e-12]).as_bytes()).unwrap();
-    assert!(body::select("m.msh", &raw, None, 1.0).is_ok());
+    assert!(body::select("m.msh", &raw, &[], 1.0).is_ok());
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn names_that_mean_two_groups_are_refused() {
     // A body and a surface may share a name, and so may surfaces of different bodies.
     let text = named("2 1 \"a\"\n1 7 \"a\"\n1 8 \"a\"\n").replace("4 1 2 8 8 3 4", "4 1 2 8 8 2 5");
     let raw = parse("m.msh", text.as_bytes()).unwrap();
-    let mesh = body::select("m.msh", &raw, Some("a"), 1.0).unwrap();
+    let mesh = body::select("m.msh", &raw, &["a"], 1.0).unwrap();
     assert_eq!(mesh.surfaces["a"].len(), 1);
     let parametric = with_elements(&elements).replace("Nodes", "ParametricNodes");
     let error = message(&parametric, None);
@@ -182,7 +182,7 @@ fn an_element_of_two_groups_is_one_cell() {
     let text = with_elements(&["1 3 2 1 1 1 2 3 4", "2 3 2 2 1 1 2 3 4", "3 1 2 5 1 1 2"]);
     let raw = parse("m.msh", text.as_bytes()).unwrap();
     for group in [None, Some("group 1"), Some("group 2")] {
-        let mesh = body::select("m.msh", &raw, group, 1.0).unwrap();
+        let mesh = body::select("m.msh", &raw, group.as_slice(), 1.0).unwrap();
         assert_eq!((mesh.cells.len(), mesh.surfaces["group 5"].len()), (1, 1));
     }
 }
@@ -210,7 +210,7 @@ fn truncated_and_garbled_files_are_errors_not_panics() {
     for file in ["quad1", "tri2"].iter().flat_map(|kind| variants(kind)) {
         let bytes = std::fs::read(data(&file)).unwrap();
         let try_read =
-            |bytes: &[u8]| parse("m", bytes).and_then(|raw| body::select("m", &raw, Some("plate"), 1.0));
+            |bytes: &[u8]| parse("m", bytes).and_then(|raw| body::select("m", &raw, &["plate"], 1.0));
         assert!(try_read(&bytes).is_ok());
         let end = bytes.len() - "$EndElements\n".len();
         for length in (0..end).step_by(61) {
@@ -230,4 +230,22 @@ fn truncated_and_garbled_files_are_errors_not_panics() {
             }
         }
     }
+}
+
+/// Two squares side by side; format 2.2 repeats the second for the group that it is in, too.
+#[test]
+fn a_body_of_several_groups_knows_which_cells_each_has() {
+    let text = with_elements(&["1 3 2 1 1 1 2 3 4", "2 3 2 2 2 2 5 6 3", "3 3 2 3 2 2 5 6 3"]);
+    let raw = parse("m.msh", text.as_bytes()).unwrap();
+    let groups =
+        |names: &[&str]| body::select("m.msh", &raw, names, 1.0).map(|mesh| (mesh.points.len(), mesh.groups));
+    let cells = |list: &[(&str, u32)]| -> BTreeMap<String, Vec<u32>> {
+        list.iter().map(|(name, cell)| (name.to_string(), vec![*cell])).collect()
+    };
+    let whole = cells(&[("group 1", 0), ("group 2", 1), ("group 3", 1)]);
+    assert_eq!(groups(&[]).unwrap(), (6, whole.clone()));
+    assert_eq!(groups(&["group 2", "group 1"]).unwrap(), (6, whole));
+    assert_eq!(groups(&["group 3"]).unwrap(), (4, cells(&[("group 2", 0), ("group 3", 0)])));
+    let error = groups(&["group 1", "grup 2"]).unwrap_err().to_string();
+    assert!(error.contains("is named \"grup 2\"; there are") && error.contains("did you mean"), "{error}");
 }

@@ -47,7 +47,7 @@ pub fn refine_all(mut mesh: Mesh, times: usize) -> Result<Mesh> {
 
 /// The marked cells into four, and as many others as keep neighbours within a factor of two.
 ///
-/// Nodes keep their numbers, new ones follow; children stand in the place of their cell. No node hangs on a side whose
+/// Nodes keep their numbers, new ones follow; children stand in the place of their cell and are of its material. No node hangs on a side whose
 /// own ends hang: a cell with a hanging corner is cut only together with the coarse cell whose side it hangs on.
 pub fn refine(mesh: &Mesh, marked: &[bool]) -> Mesh {
     let cut = closure(mesh, marked);
@@ -151,7 +151,7 @@ impl<'a> Build<'a> {
                 let (a, b) = (child[s], child[(s + 1) % n]);
                 nodes.push(self.inner_middle(cell, a, b, center));
             }
-            self.mesh.cells.push(Cell::new(cell.kind, &nodes));
+            self.mesh.cells.push(cell.on(&nodes));
         }
     }
 
@@ -248,7 +248,7 @@ impl<'a> Build<'a> {
         node
     }
 
-    /// Surfaces and hanging sides.
+    /// Surfaces, groups and hanging sides.
     fn finish(mut self, cut: &[bool]) -> Mesh {
         let halves = |f: &Facet| {
             let side = f.side;
@@ -262,6 +262,13 @@ impl<'a> Build<'a> {
         let finer = |facets: &Vec<Facet>| facets.iter().flat_map(halves).collect();
         let surfaces: BTreeMap<_, _> =
             self.old.surfaces.iter().map(|(name, list)| (name.clone(), finer(list))).collect();
+        let children = |&cell: &u32| {
+            let first = self.first[cell as usize];
+            first..first + if cut[cell as usize] { 4 } else { 1 }
+        };
+        let groups = self.old.groups.iter();
+        self.mesh.groups =
+            groups.map(|(name, cells)| (name.clone(), cells.iter().flat_map(children).collect())).collect();
         let mut hanging = Vec::new();
         // A child of a coarse cell may stand against children of finer ones.
         for (c, cell) in self.mesh.cells.iter().enumerate() {

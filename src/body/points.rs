@@ -1,0 +1,291 @@
+//! The quadrature points of a body that yields: what they remember, and what they answer to displacements.
+//!
+//! A Newton iteration takes the body for the linear one that it is close to the displacements u of the last: the stiffness K at u, and
+//! in place of the forces of the initial strain K u - f(u), with f(u) the nodal forces of the stresses (N). What is solved with it is
+//! total displacements, and everything that knows linear bodies is used as it is.
+use super::{
+    Body,
+    assembly::{cell_points, temperature_at},
+    hanging::Hanging,
+    laws::Law,
+    system::System,
+};
+use crate::{
+    element::{MAX_NODES, PointLaw},
+    error::Result,
+    material::{PointState, Tangent},
+    mesh::Cell,
+    parallel::{self, agree},
+};
+use mpi::topology::SimpleCommunicator;
+use std::rc::Rc;
+
+/// All cells of the part, own and halo, one after the other.
+pub(super) struct Points {
+    /// Where each cell's points end.
+    ends: Vec<u32>,
+    /// At the last accepted state.
+    accepted: Vec<PointState>,
+    /// At the displacements of this iteration.
+    current: Vec<PointState>,
+    /// Total strains there.
+    strains: Vec<[f64; 6]>,
+    /// The linear laws there.
+    laws: Vec<PointLaw>,
+    /// Of each cell: whether a point yields.
+    yields: Vec<bool>,
+    /// Whether the internal modes of all cells have settled.
+    settled: bool,
+    /// Nodal forces of the stresses at the owned nodes, N.
+    internal: Vec<f64>,
+    /// Nodal forces that the thermal strains would make if nothing gave way, at the owned nodes: what cancels inside, N.
+    thermal: Vec<f64>,
+    tangent: Tangent,
+    /// The elastic system, while it holds for the temperature: what does not yield is factorised once.
+    elastic: Option<Rc<System>>,
+}
+
+/// What a body's points say of displacements.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Unbalanced {
+    /// Sum of the squares of what is missing to equilibrium at free unknowns, and of all nodal forces, N2.
+    pub squares: [f64; 2],
+    /// Work of what is missing on the displacements of an iteration, J.
+    pub work: f64,
+    /// Whether the internal modes of all cells have settled.
+    pub settled: bool,
+}
+
+impl Points {
+    pub fn new(cells: &[Cell], n_points: impl Fn(&Cell) -> usize, tangent: Tangent) -> Points {
+        let mut end = 0;
+        let ends: Vec<u32> = cells
+            .iter()
+            .map(|cell| {
+                end += n_points(cell);
+                end as u32
+            })
+            .collect();
+        let none = PointLaw { h: [[0.0; 3]; 3], initial_strain: [0.0; 3], initial_stress: [0.0; 3] };
+        Points {
+            accepted: vec![PointState::default(); end],
+            current: vec![PointState::default(); end],
+            strains: vec![[0.0; 6]; end],
+            laws: vec![none; end],
+            yields: vec![false; cells.len()],
+            ends,
+            settled: true,
+            internal: Vec::new(),
+            thermal: Vec::new(),
+            tangent,
+            elastic: None,
+        }
+    }
+
+    fn range(&self, cell: usize) -> std::ops::Range<usize> {
+        let first = cell.checked_sub(1).map_or(0, |before| self.ends[before]);
+        first as usize..self.ends[cell] as usize
+    }
+
+    /// The linear laws of a cell.
+    pub fn laws(&self, cell: usize) -> &[PointLaw] {
+        &self.laws[self.range(cell)]
+    }
+
+    /// The states of a cell at the displacements of this iteration, and the strains.
+    pub fn states(&self, cell: usize) -> (&[PointState], &[[f64; 6]]) {
+        (&self.current[self.range(cell)], &self.strains[self.range(cell)])
+    }
+
+    /// Share of the points of a cell at which plastic strain grows.
+    pub fn share_yielding(&self, cell: usize) -> f64 {
+        let range = self.range(cell);
+        let grows = |p: &usize| self.current[*p].equivalent > self.accepted[*p].equivalent;
+        range.clone().filter(grows).count() as f64 / range.len() as f64
+    }
+
+    pub fn thermal(&self) -> &[f64] {
+        &self.thermal
+    }
+
+    /// The elastic system does not hold at the temperatures to come.
+    pub fn forget_elastic(&mut self) {
+        self.elastic = None;
+    }
+
+    pub fn keep_elastic(&mut self, system: &Rc<System>) {
+        self.elastic = Some(system.clone());
+    }
+}
+
+impl Body {
+    /// True if it has a material that yields.
+    pub fn yields(&self) -> bool {
+        self.points.is_some()
+    }
+
+    /// Begins an increment at the accepted states of the points of all cells of the part; `None`: nothing has yielded yet.
+    pub fn begin(&mut self, states: Option<&[PointState]>) {
+        let Some(points) = &mut self.points else { return };
+        match states {
+            Some(states) => points.accepted.copy_from_slice(states),
+            None => points.accepted.fill(PointState::default()),
+        }
+    }
+
+    /// The states of the points of all cells of the part at the displacements of this iteration.
+    pub fn point_states(&self) -> &[PointState] {
+        self.points.as_ref().map_or(&[], |points| &points.current)
+    }
+
+    /// Share of the cells that the last iteration factorised.
+    pub fn zone_fraction(&self) -> f64 {
+        1.0
+    }
+
+    /// Takes the laws for elastic ones with the plastic strains of the accepted state: the way an increment begins.
+    pub fn start_elastic(&mut self) {
+        let Some(points) = &mut self.points else { return };
+        let temperature = self.temperature.as_ref().map(|t| &t[..]);
+        for (i, cell) in self.part.cells.iter().enumerate() {
+            let law = self.model.laws.of(cell);
+            let range = points.range(i);
+            let rule = self.model.elements.of(cell.kind).points();
+            for (p, point) in range.zip(rule) {
+                let shape = cell.kind.shape(&point.xi);
+                let t = temperature_at(temperature, cell, &shape.n[..cell.kind.n_nodes()]);
+                points.laws[p] = law.frozen(&points.accepted[p], t);
+            }
+            points.yields[i] = false;
+        }
+    }
+
+    /// Brings the points to the displacements `u` at the owned nodes, m, from the accepted state on. Collective.
+    pub fn evaluate(&mut self, group: &SimpleCommunicator, u: &[f64]) -> Result<()> {
+        if self.points.is_none() {
+            return Ok(());
+        }
+        let u = self.with_ghosts(group, u)?;
+        let found = self.evaluate_cells(&u);
+        agree(group, found)
+    }
+
+    fn evaluate_cells(&mut self, u: &[f64]) -> Result<()> {
+        let Some(points) = &mut self.points else { return Ok(()) };
+        let (part, model) = (&self.part, &self.model);
+        let dim = part.dim;
+        let temperature = self.temperature.as_ref().map(|t| &t[..]);
+        let (mut internal, mut thermal) =
+            (vec![0.0; part.points.len() * dim], vec![0.0; part.points.len() * dim]);
+        let (mut x, mut own) = ([[0.0; 3]; MAX_NODES], [0.0; 3 * MAX_NODES]);
+        let mut force = [0.0; 3 * MAX_NODES];
+        let (mut geometry, mut stresses, mut temperatures) = (Vec::new(), Vec::new(), Vec::new());
+        points.settled = true;
+        for (i, cell) in part.cells.iter().enumerate() {
+            let (n, law) = (cell.kind.n_nodes(), model.laws.of(cell));
+            cell_points(part, cell, &mut x);
+            for (a, &node) in cell.nodes().iter().enumerate() {
+                own[a * dim..][..dim].copy_from_slice(&u[node as usize * dim..][..dim]);
+            }
+            let element = model.elements.of(cell.kind);
+            element.geometry(&x[..n], &mut geometry)?;
+            temperatures.clear();
+            temperatures.extend(geometry.iter().map(|g| temperature_at(temperature, cell, &g.n[..n])));
+            let range = points.range(i);
+            if points.laws[range.start].h[0][0] == 0.0 {
+                // The first time: what is elastic needs no second pass then.
+                for (p, t) in range.clone().zip(&temperatures) {
+                    points.laws[p] = law.frozen(&points.accepted[p], *t);
+                }
+            }
+            let (accepted, current) = (&points.accepted[range.clone()], &mut points.current[range.clone()]);
+            let (strains, tangent) = (&mut points.strains[range.clone()], points.tangent);
+            let mut yields = false;
+            let settled = element.respond(
+                &x[..n],
+                &geometry,
+                &own[..n * dim],
+                &mut points.laws[range.clone()],
+                |p, strain| {
+                    let answer = law.respond(strain, &accepted[p], temperatures[p], tangent);
+                    yields = answer.yields || (p > 0 && yields);
+                    (current[p], strains[p]) = (answer.state, answer.strain);
+                    answer.law
+                },
+            )?;
+            points.settled &= settled;
+            points.yields[i] = yields;
+            stresses.clear();
+            stresses.extend(points.current[range].iter().map(|state| in_plane(&state.stress)));
+            let add = |force: &[f64], sum: &mut [f64], sized: bool| {
+                for (a, &node) in cell.nodes().iter().enumerate() {
+                    for c in 0..dim {
+                        let f = force[a * dim + c];
+                        sum[node as usize * dim + c] += if sized { f.abs() } else { f };
+                    }
+                }
+            };
+            element.internal_force(&geometry, model.thickness, &stresses, &mut force[..n * dim]);
+            add(&force, &mut internal, false);
+            if temperature.is_some() {
+                thermal_stresses(law, &temperatures, &mut stresses);
+                element.internal_force(&geometry, model.thickness, &stresses, &mut force[..n * dim]);
+                add(&force, &mut thermal, true);
+            }
+        }
+        Hanging::of(part).distribute(&mut internal, dim);
+        internal.truncate(part.n_owned * dim);
+        thermal.truncate(part.n_owned * dim);
+        (points.internal, points.thermal) = (internal, thermal);
+        Ok(())
+    }
+
+    /// What is missing to equilibrium with the nodal forces `contact` at the owned nodes, N, at the displacements of the last
+    /// [`Body::evaluate`]; `motion`: displacements on which it works, m. This rank's share.
+    pub fn unbalanced(&self, contact: &[f64], motion: &[f64]) -> Unbalanced {
+        let Some(points) = &self.points else { return Unbalanced { settled: true, ..Unbalanced::default() } };
+        let external = self.loads.external_at(&self.loads.factors);
+        let dim = self.part.dim;
+        let mut sums = Unbalanced { settled: points.settled, ..Unbalanced::default() };
+        let square = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
+        for i in 0..self.part.n_owned {
+            let [residual, reaction] = self.missing(i, [&points.internal, &external, contact]);
+            sums.squares[0] += square(&residual);
+            sums.squares[1] += square(&reaction);
+            let of_node = i * dim..(i + 1) * dim;
+            for forces in [&points.internal[..], &points.thermal, &external, contact] {
+                sums.squares[1] += square(&forces[of_node.clone()]);
+            }
+            sums.work += std::iter::zip(&residual, &motion[of_node]).map(|(r, u)| r * u).sum::<f64>();
+        }
+        sums
+    }
+
+    /// Takes the body for the linear one that it is close to the displacements of the last [`Body::evaluate`], or after
+    /// [`Body::start_elastic`], and factorises, unless nothing yields: then the elastic factor serves. Responses must be
+    /// [reloaded](Body::reload). Collective.
+    pub fn linearise(&mut self, group: &SimpleCommunicator) -> Result<()> {
+        let Some(points) = &self.points else { return Ok(()) };
+        let yields = f64::from(u8::from(points.yields.contains(&true)));
+        let elastic = parallel::max(group, &[yields])[0] == 0.0;
+        let kept = points.elastic.clone().filter(|_| elastic);
+        // The old factor is not needed while the new one is made.
+        self.assemble_again(group, kept)?;
+        if let (true, Some(points)) = (elastic, &mut self.points) {
+            points.keep_elastic(&self.system);
+        }
+        self.combine_loads();
+        Ok(())
+    }
+}
+
+/// (11, 22, 12) of (xx, yy, zz, xy, yz, xz).
+pub(super) fn in_plane(stress: &[f64; 6]) -> [f64; 3] {
+    [stress[0], stress[1], stress[3]]
+}
+
+/// Stresses in the plane that would hold the thermal strains back, at each point.
+fn thermal_stresses(law: &Law, temperatures: &[Option<f64>], stresses: &mut Vec<[f64; 3]>) {
+    stresses.clear();
+    stresses.extend(temperatures.iter().map(|t| law.elastic.law(*t).stress([0.0; 3])));
+}

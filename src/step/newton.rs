@@ -1,0 +1,300 @@
+//! Newton's iteration for bodies that yield: each iteration takes them for the linear ones that they are close to its displacements,
+//! and solves their contact to the end.
+use super::{
+    advance::{Engine, Nodal},
+    state::State,
+    task::{Scene, Target},
+};
+use crate::{
+    body::{LoadFactors, Unbalanced},
+    case::PlasticityCase,
+    error::{Error, Result},
+    material::{PointState, Tangent},
+    parallel::{self, agree},
+    scene::Plan,
+    vector::{larger, ratio},
+};
+use std::collections::HashMap;
+
+/// Iterations in a row whose residual grows, after which they lead nowhere.
+const GROWING: usize = 3;
+
+/// Trials of a step along the line of an iteration, and how short and how long they may be.
+const TRIALS: usize = 6;
+const STEPS: [f64; 2] = [0.1, 0.9];
+
+/// A step is taken if what is missing does this share of its work at the start on the motion, or less, ...
+const WORK: f64 = 0.5;
+
+/// ... or if its residual is this share of that at the start.
+const RESIDUAL: f64 = 0.5;
+
+/// Forces of a body below this share of those of all bodies are none.
+const NO_FORCE: f64 = 1e-10;
+
+/// The iterations of an increment.
+pub(super) struct Newton {
+    tolerance: f64,
+    limit: usize,
+    /// Steps are shortened where they are too long: not those of the secant method, which is kept as its authors have it.
+    searches: bool,
+    /// This iterate: displacements and contact forces at the owned nodes of each body.
+    at: Nodal,
+    /// Whether the supports' displacements are those of the increment: after the first iteration.
+    moved: bool,
+    growing: usize,
+    /// Of each iteration.
+    pub residuals: Vec<f64>,
+}
+
+/// How an iteration ended.
+pub(super) enum Progress {
+    /// In equilibrium.
+    Solved,
+    /// The bodies are linear at the new displacements.
+    Goes,
+    /// There is no use in going on.
+    Failed(String),
+}
+
+/// A measure of what is missing to equilibrium.
+#[derive(Clone, Copy)]
+struct Missing {
+    /// Largest of a body, relative to its forces.
+    ratio: f64,
+    /// Norm over all bodies, N.
+    norm: f64,
+    /// Work on the motion of the iteration, J.
+    work: f64,
+    settled: bool,
+}
+
+impl Engine {
+    /// Begins an increment: the points at the state `from`, the bodies elastic. Starts that guess what will yield, where the last
+    /// increment leads, take as many iterations on a plastic indentation (58 in place of 56), and a factorisation more. Collective.
+    pub(super) fn begin(&mut self, scene: &Scene, from: &State) -> Result<Newton> {
+        let Scene { case, plan, .. } = *scene;
+        let PlasticityCase { tolerance, max_iterations: limit, tangent, .. } = case.plasticity;
+        let start = self.displacements_of(plan, from)?;
+        self.set_points(plan, from)?;
+        self.bodies.iter_mut().for_each(|body| body.start_elastic());
+        self.linearise(plan)?;
+        Ok(Newton {
+            tolerance,
+            limit,
+            searches: tangent == Tangent::Consistent,
+            at: Nodal { contact: vec![Vec::new(); start.len()], displacement: start },
+            moved: false,
+            growing: 0,
+            residuals: Vec::new(),
+        })
+    }
+
+    /// Takes `end`, what the linear bodies and their contacts came to, for the next iterate, or as much of the way to it as does
+    /// good, which `end` is then. Collective.
+    pub(super) fn iterate(&mut self, newton: &mut Newton, plan: &Plan, end: &mut Nodal) -> Result<Progress> {
+        let motion: Vec<Vec<f64>> = std::iter::zip(&end.displacement, &newton.at.displacement)
+            .map(|(to, from)| std::iter::zip(to, from).map(|(a, b)| a - b).collect())
+            .collect();
+        let before = newton.moved.then(|| self.missing(plan, &newton.at.contact, &motion));
+        self.evaluate(plan, &end.displacement)?;
+        let mut now = self.missing(plan, &end.contact, &motion);
+        let mut share = 1.0;
+        if let Some(before) = before.filter(|_| newton.searches) {
+            let mut best = (1.0, now);
+            for _ in 0..TRIALS {
+                if now.is_enough(&before) {
+                    break;
+                }
+                let secant = share * before.work / (before.work - now.work);
+                let next = if secant.is_finite() && secant > 0.0 { secant } else { 0.5 * share };
+                share = next.clamp(STEPS[0] * share, STEPS[1] * share);
+                let (u, contact) = between(&newton.at, end, share);
+                self.evaluate(plan, &u)?;
+                now = self.missing(plan, &contact, &motion);
+                if !(now.norm >= best.1.norm) {
+                    best = (share, now);
+                }
+            }
+            if !now.is_enough(&before) && best.0 != share {
+                (share, now) = best;
+                let (u, _) = between(&newton.at, end, share);
+                self.evaluate(plan, &u)?;
+            }
+            if share < 1.0 {
+                (end.displacement, end.contact) = between(&newton.at, end, share);
+            }
+        }
+        newton.residuals.push(now.ratio);
+        newton.at = Nodal { contact: end.contact.clone(), displacement: end.displacement.clone() };
+        newton.moved = true;
+        if share == 1.0 && now.settled && now.ratio <= newton.tolerance {
+            return Ok(Progress::Solved);
+        }
+        if let Some(why) = newton.is_lost(&now) {
+            return Ok(Progress::Failed(why));
+        }
+        match self.linearise(plan) {
+            Ok(()) => Ok(Progress::Goes),
+            Err(error) if is_of_stiffness(&error) => Ok(Progress::Failed(error.to_string())),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Brings the points to the end `to` of an increment that begins in `from`. Collective.
+    pub(super) fn return_to(&mut self, scene: &Scene, from: &State, to: &State) -> Result<()> {
+        if !scene.case.has_plasticity() {
+            return Ok(());
+        }
+        self.set_points(scene.plan, from)?;
+        let displacement = self.displacements_of(scene.plan, to)?;
+        self.evaluate(scene.plan, &displacement)
+    }
+
+    /// Begins at the points of a state. Collective.
+    fn set_points(&mut self, plan: &Plan, from: &State) -> Result<()> {
+        let points = std::iter::zip(&self.bodies, plan.groups.bodies())
+            .map(|(body, &index)| points_of(from, index, &body.part.original_cells))
+            .collect::<Result<Vec<_>>>();
+        for (body, points) in std::iter::zip(&mut self.bodies, agree(&plan.groups.world, points)?) {
+            body.begin(points.as_deref());
+        }
+        Ok(())
+    }
+
+    /// Goes back to displacements of the last accepted state, under what acted there. Collective.
+    pub(crate) fn revisit(
+        &mut self,
+        scene: &Scene,
+        factors: &LoadFactors,
+        displacement: &[Vec<f64>],
+    ) -> Result<()> {
+        self.load(scene.plan, Target { factors, ..Target::FULL })?;
+        self.evaluate(scene.plan, displacement)
+    }
+
+    /// Brings the points of all bodies to displacements at their owned nodes. Collective.
+    pub(super) fn evaluate(&mut self, plan: &Plan, displacement: &[Vec<f64>]) -> Result<()> {
+        let group = &plan.groups.group;
+        let done =
+            std::iter::zip(&mut self.bodies, displacement).try_for_each(|(body, u)| body.evaluate(group, u));
+        agree(&plan.groups.world, done)
+    }
+
+    /// Makes the bodies that yield linear where their points are, and their responses. Collective.
+    fn linearise(&mut self, plan: &Plan) -> Result<()> {
+        let start = std::time::Instant::now();
+        let group = &plan.groups.group;
+        let done = std::iter::zip(&mut self.bodies, &mut self.responses).try_for_each(|(body, response)| {
+            if body.yields() {
+                body.linearise(group)?;
+                body.reload(group, response)?;
+            }
+            Ok(())
+        });
+        agree(&plan.groups.world, done)?;
+        self.clock.factorise += start.elapsed().as_secs_f64();
+        self.number_modes(plan);
+        Ok(())
+    }
+
+    /// Collective.
+    fn missing(&self, plan: &Plan, contact: &[Vec<f64>], motion: &[Vec<f64>]) -> Missing {
+        let groups = &plan.groups;
+        let mut own = [0.0; 4];
+        let mut of_bodies = Vec::new();
+        for (body, (contact, motion)) in std::iter::zip(&self.bodies, std::iter::zip(contact, motion)) {
+            let Unbalanced { squares, work, settled } = body.unbalanced(contact, motion);
+            of_bodies.extend(squares);
+            own[0] += squares[0];
+            own[1] += squares[1];
+            own[2] += work;
+            own[3] += f64::from(u8::from(!settled));
+        }
+        let sums = parallel::sum(&groups.world, &own);
+        let all = sums[1].sqrt();
+        let of_bodies = parallel::sum(&groups.group, &of_bodies);
+        let ratios = of_bodies
+            .as_chunks::<2>()
+            .0
+            .iter()
+            .map(|[missing, forces]| ratio(missing.sqrt(), larger(forces.sqrt(), NO_FORCE * all)));
+        let worst = ratios.fold(0.0, larger);
+        Missing {
+            ratio: parallel::max(&groups.world, &[worst])[0],
+            norm: sums[0].sqrt(),
+            work: sums[2],
+            settled: sums[3] == 0.0,
+        }
+    }
+}
+
+impl Missing {
+    /// True if a step is long enough, and not too long.
+    fn is_enough(&self, before: &Missing) -> bool {
+        self.norm <= RESIDUAL * before.norm || self.work.abs() <= WORK * before.work.abs()
+    }
+}
+
+impl Newton {
+    /// An accurate contact asks for equilibrium as accurate.
+    pub fn as_accurate_as(&mut self, tolerance: f64) {
+        self.tolerance = self.tolerance.min(tolerance);
+    }
+
+    /// Why the iterations lead nowhere, if they do.
+    fn is_lost(&mut self, now: &Missing) -> Option<String> {
+        let [.., last, ratio] = self.residuals[..] else { return self.is_out_of_numbers(now) };
+        self.growing = if ratio > last { self.growing + 1 } else { 0 };
+        if self.growing >= GROWING && self.searches {
+            return Some(format!(
+                "the residual of equilibrium grows from iteration to iteration, at last {ratio:.1e}"
+            ));
+        }
+        if self.residuals.len() >= self.limit {
+            return Some(format!(
+                "the residual of equilibrium is {ratio:.1e} after {} iterations, above the tolerance of {:.1e}",
+                self.limit, self.tolerance
+            ));
+        }
+        self.is_out_of_numbers(now)
+    }
+
+    fn is_out_of_numbers(&self, now: &Missing) -> Option<String> {
+        (!now.ratio.is_finite() || !now.work.is_finite())
+            .then(|| "the stresses are not finite numbers".to_string())
+    }
+}
+
+/// Displacements and contact forces a share of the way from one to the other.
+fn between(from: &Nodal, to: &Nodal, share: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let blend = |a: &[Vec<f64>], b: &[Vec<f64>]| {
+        let of_body =
+            |(a, b): (&Vec<f64>, &Vec<f64>)| std::iter::zip(a, b).map(|(a, b)| a + share * (b - a)).collect();
+        std::iter::zip(a, b).map(of_body).collect()
+    };
+    (blend(&from.displacement, &to.displacement), blend(&from.contact, &to.contact))
+}
+
+/// True if a stiffness cannot be factorised: with the moduli of an iteration there is no equilibrium.
+fn is_of_stiffness(error: &Error) -> bool {
+    matches!(error, Error::Internal(_) | Error::NotConverged(_) | Error::NotFinite(_))
+}
+
+/// The points of the `cells` of a body; `None` if nothing is known of them: they have not yielded.
+fn points_of(state: &State, body: usize, cells: &[u32]) -> Result<Option<Vec<PointState>>> {
+    let Some(known) = state.bodies.iter().find(|b| b.body == body).filter(|b| !b.cells.is_empty()) else {
+        return Ok(None);
+    };
+    if known.cells == cells {
+        return Ok(Some(known.points.clone()));
+    }
+    // A state of other ranks: by its cells, all of one kind.
+    let per_cell = known.points.len() / known.cells.len();
+    let of_cell: HashMap<u32, &[PointState]> =
+        std::iter::zip(known.cells.iter().copied(), known.points.chunks_exact(per_cell)).collect();
+    let found: Option<Vec<&[PointState]>> = cells.iter().map(|cell| of_cell.get(cell).copied()).collect();
+    found
+        .map(|points| Some(points.concat()))
+        .ok_or_else(|| Error::internal("the state lacks cells of the mesh"))
+}
