@@ -1,8 +1,9 @@
 //! A case of two bodies written for the other programs: the same nodes, cells, supports, loads and surfaces.
 use kontakt::{
     Error, Result,
-    case::{Case, Increments, LoadKind, Region, Scalar},
+    case::{Case, Increments, LoadKind, Property, Region, Scalar},
     contact::Law,
+    material::Hardening,
     mesh::{Facet, Mesh},
     scene::build_mesh,
 };
@@ -71,6 +72,14 @@ impl Pair {
 
     /// The same with bodies that yield, in the increments of the case's only step.
     pub fn yielding(mut self, case: &Case) -> Result<Pair> {
+        let hardening = case.bodies[0].material.plasticity.as_ref().map(|plasticity| &plasticity.hardening);
+        let same = |[stress, modulus]: [&Property; 2]| {
+            *stress == Property::Constant(YIELD[0]) && *modulus == Property::Constant(YIELD[1])
+        };
+        match hardening {
+            Some(Hardening::Linear { yield_stress, modulus }) if same([yield_stress, modulus]) => {}
+            _ => return Err(Error::internal("a material the other programs' decks do not know")),
+        }
         match &case.steps[..] {
             [step] => match step.increments {
                 Increments::Equal(n) => self.plastic = Some(n),
