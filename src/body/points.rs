@@ -223,7 +223,7 @@ impl Body {
         let found = self.evaluate_cells(&all, iterated.as_deref());
         agree(group, found)?;
         if iterated.is_some() {
-            let rest = self.forces_of_rest(group, u)?;
+            let rest = self.forces_of_rest(u);
             let internal = self.points.iter_mut().flat_map(|points| &mut points.internal);
             std::iter::zip(internal, rest).for_each(|(sum, f)| *sum += f);
         }
