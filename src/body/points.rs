@@ -13,7 +13,7 @@ use super::{
     zone::Zone,
 };
 use crate::{
-    element::{MAX_NODES, PointLaw},
+    element::{MAX_NODES, PointLaw, Workspace},
     error::Result,
     material::{PointState, Tangent},
     mesh::Cell,
@@ -248,7 +248,7 @@ impl Body {
         let (mut internal, mut thermal) =
             (vec![0.0; part.points.len() * dim], vec![0.0; part.points.len() * dim]);
         let (mut x, mut own) = ([[0.0; 3]; MAX_NODES], [0.0; 3 * MAX_NODES]);
-        let mut force = [0.0; 3 * MAX_NODES];
+        let (mut force, mut work) = ([0.0; 3 * MAX_NODES], Workspace::default());
         let (mut geometry, mut stresses, mut temperatures) = (Vec::new(), Vec::new(), Vec::new());
         points.settled = true;
         for (i, cell) in part.cells.iter().enumerate().filter(|(i, _)| chosen.is_none_or(|c| c[*i])) {
@@ -276,6 +276,7 @@ impl Body {
                 &geometry,
                 &own[..n * dim],
                 &mut points.laws[range.clone()],
+                &mut work,
                 |p, strain| {
                     let answer = law.respond(strain, &accepted[p], temperatures[p], tangent);
                     yields = answer.yields || (p > 0 && yields);
