@@ -122,7 +122,7 @@ impl Engine {
                 let (u, contact) = between(&newton.at, end, share);
                 self.evaluate(plan, &u, extent)?;
                 now = self.missing(plan, &contact, &motion);
-                if !(now.norm >= best.1.norm) {
+                if now.norm < best.1.norm {
                     best = (share, now);
                 }
             }
