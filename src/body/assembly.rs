@@ -58,6 +58,37 @@ impl Model {
         Ok(Assembled { matrix, thermal, prescribed: parts })
     }
 
+    /// What chosen cells of a body on one rank contribute at these laws of its points.
+    pub fn share(
+        &self,
+        temperature: Option<&[f64]>,
+        points: &Points,
+        chosen: impl Fn(usize) -> bool + Copy,
+        group: &SimpleCommunicator,
+    ) -> Result<Share> {
+        let with =
+            |constraints| Parameters { points: Some(points), ..self.parameters(temperature, constraints) };
+        let mut share = with(&self.constraints).share(group, chosen)?;
+        for (path, supports) in &self.on_paths {
+            let forces = with(supports).forces_of_supports(group, chosen)?;
+            share.prescribed.push(Part { path: Some(*path), forces });
+        }
+        Ok(share)
+    }
+
+    /// Held unknowns at the owned nodes, slaves among them, and of each path the displacements there.
+    pub fn held(&self) -> (Vec<usize>, Vec<Vec<(usize, f64)>>) {
+        let (part, dim) = (&self.part, self.part.dim);
+        let of = |constraints| self.parameters(None, constraints).held().collect::<Vec<_>>();
+        let values: Vec<Vec<(usize, f64)>> = std::iter::once(&self.constraints)
+            .chain(self.on_paths.iter().map(|(_, supports)| supports))
+            .map(of)
+            .collect();
+        let slaves = Hanging::of(part).among(part.n_owned);
+        let slaves = slaves.flat_map(|slave| (0..dim).map(move |c| slave.node as usize * dim + c));
+        (values[0].iter().map(|(i, _)| *i).chain(slaves).collect(), values)
+    }
+
     /// What assembly needs, at nodal temperatures, with the body's own or other constraints.
     pub fn parameters<'a>(
         &'a self,
@@ -100,6 +131,15 @@ struct Contributions {
     largest: f64,
 }
 
+/// What some cells of a body on one rank contribute, in the nodes' frames.
+pub(super) struct Share {
+    pub entries: Entries,
+    /// Forces of the initial strain, N.
+    pub thermal: Vec<f64>,
+    /// Forces of the supports' displacements; none at a held unknown.
+    pub prescribed: Vec<Part>,
+}
+
 /// An assembled body, in the nodes' frames: the right-hand sides at the owned nodes.
 pub(super) struct Assembled {
     pub matrix: Matrix,
@@ -139,7 +179,7 @@ impl Parameters<'_> {
     pub fn stiffness(&self, group: &SimpleCommunicator) -> Result<Stiffness> {
         let (part, dim) = (self.part, self.part.dim);
         let Contributions { mut entries, thermal, prescribed, largest } =
-            agree(group, self.element_arrays(group, |_| true))?;
+            agree(group, self.element_arrays(group, |_, _| true))?;
         // Identity rows, scaled like the rest of the diagonal, keep the held unknowns in the system.
         let scale = crate::parallel::max(group, &[largest])[0];
         for (i, _) in self.held() {
@@ -176,6 +216,15 @@ impl Parameters<'_> {
     /// Forces of the prescribed displacements at the owned nodes, N, in the nodes' frames: the cells at nodes that do
     /// not stay where they are make them. Collective.
     fn prescribed_forces(&self, group: &SimpleCommunicator, diagonal: f64) -> Result<Vec<f64>> {
+        Ok(self.with_held(self.forces_of_supports(group, |_| true)?, diagonal))
+    }
+
+    /// The same of chosen cells, none of the held unknowns. Collective.
+    fn forces_of_supports(
+        &self,
+        group: &SimpleCommunicator,
+        chosen: impl Fn(usize) -> bool,
+    ) -> Result<Vec<f64>> {
         let moves = |node: &u32| {
             let constraint = self.constraints.0.get(node);
             constraint.is_some_and(|constraint| constraint.prescribed.iter().flatten().any(|u| *u != 0.0))
@@ -185,8 +234,20 @@ impl Parameters<'_> {
             let of_masters = |reduced: &Reduced| reduced.nodes.iter().any(moves);
             cell.nodes().iter().any(moves) || hanging.reduce(cell).as_ref().is_some_and(of_masters)
         };
-        let Contributions { prescribed, .. } = agree(group, self.element_arrays(group, near))?;
-        Ok(self.with_held(self.sum_to_owners(group, &prescribed)?, diagonal))
+        let of_cells = self.element_arrays(group, |index, cell| chosen(index) && near(cell));
+        let Contributions { prescribed, .. } = agree(group, of_cells)?;
+        self.sum_to_owners(group, &prescribed)
+    }
+
+    /// What chosen cells of a body on one rank make of its matrix and right-hand sides, without the rows of held unknowns.
+    fn share(&self, group: &SimpleCommunicator, chosen: impl Fn(usize) -> bool) -> Result<Share> {
+        let of_cells = self.element_arrays(group, |index, _| chosen(index));
+        let Contributions { entries, thermal, prescribed, .. } = of_cells?;
+        Ok(Share {
+            entries,
+            thermal: self.sum_to_owners(group, &thermal)?,
+            prescribed: vec![Part { path: None, forces: self.sum_to_owners(group, &prescribed)? }],
+        })
     }
 
     /// What the cells at some nodes (marked by local number) contribute to the stiffness matrix. Collective.
@@ -196,7 +257,7 @@ impl Parameters<'_> {
             let at = |all: &[u32]| all.iter().any(|&node| nodes[node as usize]);
             at(cell.nodes()) || hanging.reduce(cell).is_some_and(|reduced| at(&reduced.nodes))
         };
-        let Contributions { entries, .. } = agree(group, self.element_arrays(group, near))?;
+        let Contributions { entries, .. } = agree(group, self.element_arrays(group, |_, cell| near(cell)))?;
         entries.into_matrix(group, self.part.n_owned * self.part.dim, self.part.dim)
     }
 
@@ -204,10 +265,11 @@ impl Parameters<'_> {
     fn element_arrays(
         &self,
         group: &SimpleCommunicator,
-        chosen: impl Fn(&Cell) -> bool,
+        chosen: impl Fn(usize, &Cell) -> bool,
     ) -> Result<Contributions> {
         let (part, dim) = (self.part, self.part.dim);
-        let own = || part.cells[..part.n_own_cells].iter().enumerate().filter(|(_, cell)| chosen(cell));
+        let all = || part.cells[..part.n_own_cells].iter().enumerate();
+        let own = || all().filter(|(index, cell)| chosen(*index, cell));
         let hanging = Hanging::of(part);
         let mut lists = Lists::default();
         // A slave has a row of its own: it stays among its cell's nodes.

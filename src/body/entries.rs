@@ -85,6 +85,21 @@ impl Entries {
         }
     }
 
+    /// Rows, columns and values of a body on one rank.
+    pub fn into_triples(self) -> (Vec<i32>, Vec<i32>, Vec<f64>) {
+        match self {
+            Entries::BlockRows(of_nodes) => {
+                let (starts, columns) = of_nodes.compressed();
+                let row = |(i, bounds): (usize, &[i32])| {
+                    std::iter::repeat_n(i as i32, (bounds[1] - bounds[0]) as usize)
+                };
+                let rows = starts.windows(2).enumerate().flat_map(row).collect();
+                (rows, columns, of_nodes.values)
+            }
+            Entries::Triples { rows, columns, values } => (rows, columns, values),
+        }
+    }
+
     /// The matrix of `n_owned` unknowns of this rank. Collective.
     pub fn into_matrix(self, group: &SimpleCommunicator, n_owned: usize, dim: usize) -> Result<Matrix> {
         match self {

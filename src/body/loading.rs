@@ -3,6 +3,7 @@ use super::{
     Body, LoadFactors,
     assembly::Assembled,
     load::{Loads, ModeWork, Part},
+    points::Points,
     system::System,
 };
 use crate::{
@@ -69,9 +70,15 @@ impl Body {
             self.system = kept;
             return Ok(());
         }
-        let (condensed, setting) = (self.system.is_condensed(), self.system.setting());
         let split = self.split.as_ref();
-        let built = System::new(group, matrix, &self.interface, setting, condensed, split, &self.cost);
+        let renewable = self.points.as_mut().filter(|_| self.system.is_condensed());
+        let built = match renewable.and_then(Points::renewable) {
+            Some(renewable) => self.system.renewed(group, matrix, renewable, &self.interface, split),
+            None => {
+                let (condensed, setting) = (self.system.is_condensed(), self.system.setting());
+                System::new(group, matrix, &self.interface, setting, condensed, split, &self.cost)
+            }
+        };
         self.system = Rc::new(agree(group, built)?);
         Ok(())
     }

@@ -6,7 +6,7 @@ use super::{
     task::{Scene, Target},
 };
 use crate::{
-    body::{LoadFactors, Unbalanced},
+    body::{Extent, LoadFactors, Unbalanced},
     case::PlasticityCase,
     error::{Error, Result},
     material::{PointState, Tangent},
@@ -97,7 +97,8 @@ impl Engine {
             .map(|(to, from)| std::iter::zip(to, from).map(|(a, b)| a - b).collect())
             .collect();
         let before = newton.moved.then(|| self.missing(plan, &newton.at.contact, &motion));
-        self.evaluate(plan, &end.displacement)?;
+        let extent = if newton.moved { Extent::Iterated } else { Extent::All };
+        self.evaluate(plan, &end.displacement, extent)?;
         let mut now = self.missing(plan, &end.contact, &motion);
         let mut share = 1.0;
         if let Some(before) = before.filter(|_| newton.searches) {
@@ -110,7 +111,7 @@ impl Engine {
                 let next = if secant.is_finite() && secant > 0.0 { secant } else { 0.5 * share };
                 share = next.clamp(STEPS[0] * share, STEPS[1] * share);
                 let (u, contact) = between(&newton.at, end, share);
-                self.evaluate(plan, &u)?;
+                self.evaluate(plan, &u, extent)?;
                 now = self.missing(plan, &contact, &motion);
                 if !(now.norm >= best.1.norm) {
                     best = (share, now);
@@ -119,16 +120,21 @@ impl Engine {
             if !now.is_enough(&before) && best.0 != share {
                 (share, now) = best;
                 let (u, _) = between(&newton.at, end, share);
-                self.evaluate(plan, &u)?;
+                self.evaluate(plan, &u, extent)?;
             }
             if share < 1.0 {
                 (end.displacement, end.contact) = between(&newton.at, end, share);
             }
         }
+        if newton.is_solved(share, &now) && extent == Extent::Iterated {
+            // What was not iterated is looked at as well.
+            self.evaluate(plan, &end.displacement, Extent::All)?;
+            now = self.missing(plan, &end.contact, &motion);
+        }
         newton.residuals.push(now.ratio);
         newton.at = Nodal { contact: end.contact.clone(), displacement: end.displacement.clone() };
         newton.moved = true;
-        if share == 1.0 && now.settled && now.ratio <= newton.tolerance {
+        if newton.is_solved(share, &now) {
             return Ok(Progress::Solved);
         }
         if let Some(why) = newton.is_lost(&now) {
@@ -148,7 +154,7 @@ impl Engine {
         }
         self.set_points(scene.plan, from)?;
         let displacement = self.displacements_of(scene.plan, to)?;
-        self.evaluate(scene.plan, &displacement)
+        self.evaluate(scene.plan, &displacement, Extent::All)
     }
 
     /// Begins at the points of a state. Collective.
@@ -170,14 +176,14 @@ impl Engine {
         displacement: &[Vec<f64>],
     ) -> Result<()> {
         self.load(scene.plan, Target { factors, ..Target::FULL })?;
-        self.evaluate(scene.plan, displacement)
+        self.evaluate(scene.plan, displacement, Extent::All)
     }
 
     /// Brings the points of all bodies to displacements at their owned nodes. Collective.
-    pub(super) fn evaluate(&mut self, plan: &Plan, displacement: &[Vec<f64>]) -> Result<()> {
+    fn evaluate(&mut self, plan: &Plan, displacement: &[Vec<f64>], extent: Extent) -> Result<()> {
         let group = &plan.groups.group;
-        let done =
-            std::iter::zip(&mut self.bodies, displacement).try_for_each(|(body, u)| body.evaluate(group, u));
+        let done = std::iter::zip(&mut self.bodies, displacement)
+            .try_for_each(|(body, u)| body.evaluate(group, u, extent));
         agree(&plan.groups.world, done)
     }
 
@@ -237,6 +243,10 @@ impl Missing {
 }
 
 impl Newton {
+    fn is_solved(&self, share: f64, now: &Missing) -> bool {
+        share == 1.0 && now.settled && now.ratio <= self.tolerance
+    }
+
     /// An accurate contact asks for equilibrium as accurate.
     pub fn as_accurate_as(&mut self, tolerance: f64) {
         self.tolerance = self.tolerance.min(tolerance);
@@ -278,7 +288,7 @@ fn between(from: &Nodal, to: &Nodal, share: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>
 
 /// True if a stiffness cannot be factorised: with the moduli of an iteration there is no equilibrium.
 fn is_of_stiffness(error: &Error) -> bool {
-    matches!(error, Error::Internal(_) | Error::NotConverged(_) | Error::NotFinite(_))
+    matches!(error, Error::Indefinite(_) | Error::Internal(_) | Error::NotConverged(_) | Error::NotFinite(_))
 }
 
 /// The points of the `cells` of a body; `None` if nothing is known of them: they have not yielded.
