@@ -363,7 +363,10 @@ fn how_yielding_is_computed() {
     let drawn = "field = \"equivalent plastic strain\"";
     let rows = [
         (drawn.to_string(), "output.field: no body has a material with 'plasticity', so that nothing yields"),
-        (format!("{drawn}\nstress = \"xx\""), "output.field: 'stress' is given as well; the picture has one of them"),
+        (
+            format!("{drawn}\nstress = \"xx\""),
+            "output.field: 'stress' is given as well; the picture has one of them",
+        ),
     ];
     for (text, expected) in rows {
         check(&[(at, &format!("[output]\n{text}\n{at}"), expected)]);

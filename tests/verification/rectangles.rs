@@ -44,7 +44,8 @@ fn pressures_along_the_interface() {
 /// Where it opens: u2(C) - u2(G), um. The gap at the end of the shorter surface is that of the table of the pair.
 #[test]
 fn opening_at_the_corner() {
-    for (name, opening) in [("S2a", 65.06), ("S2b", 64.50), ("S2c", 106.61), ("S2d", 102.52), ("S2e", 102.79)] {
+    for (name, opening) in [("S2a", 65.06), ("S2b", 64.50), ("S2c", 106.61), ("S2d", 102.52), ("S2e", 102.79)]
+    {
         let results = variant(name, &[]);
         let side = gapped(&results.pairs[0]);
         let i = side.x.iter().position(|x| (x[0] - 0.025).abs() < 1e-9).expect("the corner");
