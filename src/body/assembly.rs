@@ -58,6 +58,19 @@ impl Model {
         Ok(Assembled { matrix, thermal, prescribed: parts })
     }
 
+    /// Forces of the initial strains and stresses of its points at the owned nodes, N, in the nodes' frames. Collective.
+    pub fn forces_of_points(
+        &self,
+        temperature: Option<&[f64]>,
+        points: &Points,
+        group: &SimpleCommunicator,
+    ) -> Result<Vec<f64>> {
+        let parameters = self.parameters(temperature, &self.constraints);
+        let parameters = Parameters { points: Some(points), stiff: false, ..parameters };
+        let Contributions { thermal, .. } = agree(group, parameters.element_arrays(group, |_, _| true))?;
+        parameters.sum_to_owners(group, &thermal)
+    }
+
     /// What chosen cells of a body on one rank contribute at these laws of its points.
     pub fn share(
         &self,
@@ -100,6 +113,7 @@ impl Model {
             elements: &self.elements,
             laws: &self.laws,
             points: None,
+            stiff: true,
             temperature,
             constraints,
             thickness: self.thickness,
@@ -115,6 +129,8 @@ pub struct Parameters<'a> {
     pub laws: &'a Laws,
     /// Laws of the points of a body that yields; `None`: those of `laws`.
     pub points: Option<&'a Points>,
+    /// Whether the matrix is wanted, or the right-hand sides alone.
+    pub stiff: bool,
     pub temperature: Option<&'a [f64]>,
     pub constraints: &'a Constraints,
     pub thickness: f64,
@@ -272,15 +288,19 @@ impl Parameters<'_> {
         let own = || all().filter(|(index, cell)| chosen(*index, cell));
         let hanging = Hanging::of(part);
         let mut lists = Lists::default();
+        let listed = || own().filter(|_| self.stiff);
         // A slave has a row of its own: it stays among its cell's nodes.
-        own().for_each(|(_, cell)| match hanging.reduce(cell) {
+        listed().for_each(|(_, cell)| match hanging.reduce(cell) {
             None => lists.push(cell.nodes().iter().map(|&node| part.global[node as usize])),
             Some(reduced) => {
                 let slaves = cell.nodes().iter().filter(|node| !reduced.nodes.contains(node));
                 lists.push(reduced.nodes.iter().chain(slaves).map(|&node| part.global[node as usize]));
             }
         });
-        let mut entries = Entries::new(group, part.n_global_nodes, dim, &lists);
+        let mut entries = match self.stiff {
+            true => Entries::new(group, part.n_global_nodes, dim, &lists),
+            false => Entries::Nothing,
+        };
         let n_nodes = self.summed_nodes();
         let (mut thermal, mut prescribed) = (vec![0.0; n_nodes * dim], vec![0.0; n_nodes * dim]);
         let mut x = [[0.0; 3]; MAX_NODES];

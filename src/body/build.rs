@@ -263,7 +263,7 @@ impl AssembledBody {
             ghosts: self.ghosts,
         };
         if let Some(points) = &mut body.points {
-            points.keep_elastic(&body.system);
+            points.keep_elastic(&body.system, &body.loads.prescribed);
         }
         body.loads.mode_work = body.work_on_modes(group);
         body.combine_loads();

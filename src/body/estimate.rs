@@ -68,7 +68,7 @@ pub fn condense_estimate(n_dofs: usize, n_interface_dofs: usize, dim: usize) -> 
 
 /// Share of a factorisation of the whole body that one of its zone may take at most: above it, what the zone saves goes into condensing
 /// the rest whenever it grows (measured on indentations of 5 to 160 thousand unknowns).
-const WORTH_IT: f64 = 0.5;
+const WORTH_IT: f64 = 0.7;
 
 /// Unknowns below which a factorisation is too short for anything to be saved.
 const SMALLEST: usize = 4000;

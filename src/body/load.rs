@@ -74,6 +74,7 @@ impl LoadFactors {
 }
 
 /// Forces at the owned nodes at factor 1, N, of all that follows one path, or none.
+#[derive(Clone)]
 pub(super) struct Part {
     pub path: Option<usize>,
     pub forces: Vec<f64>,

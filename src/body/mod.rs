@@ -105,6 +105,8 @@ pub enum Accuracy {
     Refined,
     /// What an estimate is made of.
     AsSolved,
+    /// What the next iteration of a body that yields is made of: elsewhere than in its zone, if that alone is iterated, they are nought.
+    Iterated,
 }
 
 impl Body {
@@ -170,12 +172,15 @@ impl Body {
                 }
             }
             let rhs: Vec<f64> = std::iter::zip(&self.loads.current, contact).map(|(f, c)| f + c).collect();
-            let x = self.system.recover(group, &rhs, &interface)?;
+            let x = match accuracy {
+                Accuracy::Iterated => self.system.recover_zone(group, &rhs, &interface)?,
+                _ => self.system.recover(group, &rhs, &interface)?,
+            };
             // What yields is not linear: the next iteration refines it.
             let is_linear = self.points.as_ref().is_none_or(Points::is_elastic);
             let x = match accuracy {
                 Accuracy::Refined if is_linear => self.system.refine(group, &rhs, x)?,
-                Accuracy::Refined | Accuracy::AsSolved => x,
+                _ => x,
             };
             self.fill_slaves(group, self.model.constraints.from_frames(&x, self.part.dim))?
         } else {

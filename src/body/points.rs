@@ -8,6 +8,7 @@ use super::{
     assembly::{Model, cell_points, temperature_at},
     hanging::Hanging,
     laws::Law,
+    load::Part,
     system::System,
     zone::Zone,
 };
@@ -46,10 +47,18 @@ pub(super) struct Points {
     tangent: Tangent,
     /// Whether nothing yields, on no rank.
     is_elastic: bool,
-    /// The elastic system, while it holds for the temperature: what does not yield is factorised once.
-    elastic: Option<Rc<System>>,
+    /// While it holds for the temperature: what does not yield is factorised once.
+    elastic: Option<Elastic>,
     /// Factor of the last stiffness of the whole body that was not elastic.
     renewable: Option<Rc<RefCell<SchurFactor>>>,
+}
+
+/// A body of which nothing yields.
+#[derive(Clone)]
+struct Elastic {
+    system: Rc<System>,
+    /// Forces of the supports' displacements.
+    prescribed: Vec<Part>,
 }
 
 /// Which points an evaluation brings to displacements.
@@ -157,8 +166,8 @@ impl Points {
         (!self.is_elastic).then_some(&mut self.renewable)
     }
 
-    pub fn keep_elastic(&mut self, system: &Rc<System>) {
-        self.elastic = Some(system.clone());
+    pub fn keep_elastic(&mut self, system: &Rc<System>, prescribed: &[Part]) {
+        self.elastic = Some(Elastic { system: system.clone(), prescribed: prescribed.to_vec() });
     }
 }
 
@@ -223,7 +232,7 @@ impl Body {
         let found = self.evaluate_cells(&all, iterated.as_deref());
         agree(group, found)?;
         if iterated.is_some() {
-            let rest = self.forces_of_rest(group, u)?;
+            let rest = self.forces_of_rest(u);
             let internal = self.points.iter_mut().flat_map(|points| &mut points.internal);
             std::iter::zip(internal, rest).for_each(|(sum, f)| *sum += f);
         }
@@ -345,10 +354,17 @@ impl Body {
         }
         if !self.zone_acts {
             let kept = self.points.as_ref().and_then(|points| points.elastic.clone()).filter(|_| elastic);
-            self.assemble_again(group, kept)?;
+            match (kept, &self.points) {
+                (Some(Elastic { system, prescribed }), Some(points)) => {
+                    let temperature = self.temperature.as_ref().map(|t| &t[..]);
+                    self.loads.thermal = self.model.forces_of_points(temperature, points, group)?;
+                    (self.system, self.loads.prescribed) = (system, prescribed);
+                }
+                _ => self.assemble_again(group, None)?,
+            }
         }
         if let (true, Some(points)) = (elastic, &mut self.points) {
-            points.keep_elastic(&self.system);
+            points.keep_elastic(&self.system, &self.loads.prescribed);
         }
         self.combine_loads();
         Ok(())

@@ -331,6 +331,24 @@ impl System {
         Ok(x)
     }
 
+    /// As [`System::recover`], but of unknowns that iterations of a zone change: nought elsewhere, and no work there.
+    pub fn recover_zone(&self, group: &SimpleCommunicator, b: &[f64], interface: &[f64]) -> Result<Vec<f64>> {
+        match &self.answer {
+            Answer::Condensed(condensate) => match &condensate.interior {
+                Interior::Zone(factor) => {
+                    let factor = factor.borrow();
+                    let of_zone = factor.expand_zone(group, b, interface)?;
+                    let mut x = vec![0.0; b.len()];
+                    std::iter::zip(factor.rest().zone_unknowns(), of_zone)
+                        .for_each(|(&i, value)| x[i] = value);
+                    Ok(x)
+                }
+                Interior::Whole(_) => self.recover(group, b, interface),
+            },
+            Answer::Solver(_) => self.recover(group, b, interface),
+        }
+    }
+
     /// x with one step of iterative refinement if its residual asks for it; never after an iterative solver, which has
     /// measured it. Collective.
     pub fn refine(&self, group: &SimpleCommunicator, b: &[f64], x: Vec<f64>) -> Result<Vec<f64>> {

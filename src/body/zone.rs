@@ -2,7 +2,7 @@
 //! rest condensed onto the zone's edge and the contact unknowns.
 //!
 //! The zone grows by blocks of cells: a block belongs to it if one of its cells yields, or is near to it when the rest is condensed.
-//! What yields outside is looked for after the first iteration of an increment and at its end.
+//! What yields outside is looked for after the first iterations of an increment and at its end.
 use super::{
     Body,
     assembly::{Model, Share},
@@ -15,7 +15,7 @@ use crate::{
     case::ZoneCase,
     error::Result,
     mesh::MeshPart,
-    petsc::{Matrix, Rest, Vector, ZoneFactor},
+    petsc::{Rest, ZoneFactor},
 };
 use mpi::topology::SimpleCommunicator;
 use std::{cell::RefCell, rc::Rc, time::Instant};
@@ -25,7 +25,7 @@ const BLOCK: usize = 64;
 
 /// A block joins the zone if a point of it is loaded to this share of its yield stress when the rest is condensed: what joins later
 /// has the rest condensed anew.
-const NEAR: f64 = 0.6;
+const NEAR: f64 = 0.7;
 
 /// What a body knows of its zone.
 pub(super) struct Zone {
@@ -43,8 +43,7 @@ struct Condensed {
     is_in: Vec<bool>,
     share: f64,
     rest: Rc<Rest>,
-    /// Of the rest's cells, held unknowns with the diagonal.
-    matrix: Matrix,
+    /// Forces at the owned nodes of the rest's cells, N, held unknowns with the diagonal.
     thermal: Vec<f64>,
     prescribed: Vec<Part>,
     /// Factor of the temperature at which the rest's thermal forces are.
@@ -171,26 +170,22 @@ impl Body {
         Ok(true)
     }
 
-    /// Nodal forces of the stresses of the rest at the owned nodes, N, at displacements there: what its condensed cells make of them,
-    /// none along supports.
-    pub(super) fn forces_of_rest(&self, group: &SimpleCommunicator, u: &[f64]) -> Result<Vec<f64>> {
+    /// Nodal forces of the stresses of the rest at the owned nodes, N, at displacements of the zone: on its edge what the condensed cells
+    /// make of them, inside the rest those that are in equilibrium, none along supports.
+    pub(super) fn forces_of_rest(&self, u: &[f64]) -> Vec<f64> {
         let Some(state) = self.zone.as_ref().and_then(|zone| zone.state.as_ref()) else {
-            return Ok(vec![0.0; u.len()]);
+            return vec![0.0; u.len()];
         };
-        let constraints = &self.model.constraints;
-        let (x, y) = (Vector::zeros(group, u.len())?, Vector::zeros(group, u.len())?);
-        x.set(&constraints.to_frames(u, self.part.dim))?;
-        state.matrix.times(&x, &y)?;
+        let (constraints, dim) = (&self.model.constraints, self.part.dim);
+        let mut forces = constraints.to_frames(&self.loads.external_at(&self.loads.factors), dim);
+        state.rest.zone_unknowns().iter().for_each(|&i| forces[i] = 0.0);
         let prescribed = prescribed_at(&state.prescribed, &self.loads.factors, u.len());
-        let mut forces = y.to_vec()?;
-        for (f, (thermal, prescribed)) in
-            std::iter::zip(&mut forces, std::iter::zip(&state.thermal, prescribed))
-        {
-            *f -= thermal + prescribed;
+        for (i, f) in state.rest.on_edge(&constraints.to_frames(u, dim)) {
+            forces[i] = f - state.thermal[i] - prescribed[i];
         }
         let (held, _) = self.model.held();
         held.into_iter().for_each(|i| forces[i] = 0.0);
-        Ok(constraints.from_frames(&forces, self.part.dim))
+        constraints.from_frames(&forces, dim)
     }
 }
 
@@ -223,9 +218,8 @@ fn condense(
     let interface: Vec<i32> = interface.iter().map(|&i| i as i32).collect();
     let n = model.part.n_owned * model.part.dim;
     let rest = Rest::new(group, n, (&rows, &columns, &values), &interface, &in_zone, prefix)?;
-    let matrix = Matrix::from_triples(group, n, model.part.dim, (rows, columns), values)?;
     let share = share_of(&is_in);
-    Ok(Condensed { is_in, share, rest: Rc::new(rest), matrix, thermal, prescribed, heated, factor: None })
+    Ok(Condensed { is_in, share, rest: Rc::new(rest), thermal, prescribed, heated, factor: None })
 }
 
 /// Unknowns that chosen cells touch, those of the masters of their slaves included.

@@ -3,10 +3,10 @@
 use super::{
     advance::{Engine, Nodal},
     state::State,
-    task::{Scene, Target},
+    task::{Scene, Solution, Target},
 };
 use crate::{
-    body::{Extent, LoadFactors, Unbalanced},
+    body::{Accuracy, Extent, LoadFactors, Unbalanced},
     case::PlasticityCase,
     error::{Error, Result},
     material::{PointState, Tangent},
@@ -18,6 +18,9 @@ use std::collections::HashMap;
 
 /// Iterations in a row whose residual grows, after which they lead nowhere.
 const GROWING: usize = 3;
+
+/// First iterations after which all points are looked at: with fewer, what yields late is found at the end, and takes as many again.
+const LOOKING: usize = 3;
 
 /// Trials of a step along the line of an iteration, and how short and how long they may be.
 const TRIALS: usize = 6;
@@ -92,12 +95,18 @@ impl Engine {
 
     /// Takes `end`, what the linear bodies and their contacts came to, for the next iterate, or as much of the way to it as does
     /// good, which `end` is then. Collective.
-    pub(super) fn iterate(&mut self, newton: &mut Newton, plan: &Plan, end: &mut Nodal) -> Result<Progress> {
+    pub(super) fn iterate(
+        &mut self,
+        newton: &mut Newton,
+        plan: &Plan,
+        solution: &Solution,
+        end: &mut Nodal,
+    ) -> Result<Progress> {
         let motion: Vec<Vec<f64>> = std::iter::zip(&end.displacement, &newton.at.displacement)
             .map(|(to, from)| std::iter::zip(to, from).map(|(a, b)| a - b).collect())
             .collect();
         let before = newton.moved.then(|| self.missing(plan, &newton.at.contact, &motion));
-        let extent = if newton.moved { Extent::Iterated } else { Extent::All };
+        let extent = newton.extent();
         self.evaluate(plan, &end.displacement, extent)?;
         let mut now = self.missing(plan, &end.contact, &motion);
         let mut share = 1.0;
@@ -128,7 +137,8 @@ impl Engine {
         }
         if newton.is_solved(share, &now) && extent == Extent::Iterated {
             // What was not iterated is looked at as well.
-            self.evaluate(plan, &end.displacement, Extent::All)?;
+            *end = self.recover(plan, solution, Accuracy::Refined)?;
+            self.bring_to(plan, &end.displacement)?;
             now = self.missing(plan, &end.contact, &motion);
         }
         newton.residuals.push(now.ratio);
@@ -154,7 +164,7 @@ impl Engine {
         }
         self.set_points(scene.plan, from)?;
         let displacement = self.displacements_of(scene.plan, to)?;
-        self.evaluate(scene.plan, &displacement, Extent::All)
+        self.bring_to(scene.plan, &displacement)
     }
 
     /// Begins at the points of a state. Collective.
@@ -176,10 +186,15 @@ impl Engine {
         displacement: &[Vec<f64>],
     ) -> Result<()> {
         self.load(scene.plan, Target { factors, ..Target::FULL })?;
-        self.evaluate(scene.plan, displacement, Extent::All)
+        self.bring_to(scene.plan, displacement)
     }
 
-    /// Brings the points of all bodies to displacements at their owned nodes. Collective.
+    /// Brings all points of all bodies to displacements at their owned nodes. Collective.
+    pub(super) fn bring_to(&mut self, plan: &Plan, displacement: &[Vec<f64>]) -> Result<()> {
+        self.evaluate(plan, displacement, Extent::All)
+    }
+
+    /// The same, or of the points that iterations change. Collective.
     fn evaluate(&mut self, plan: &Plan, displacement: &[Vec<f64>], extent: Extent) -> Result<()> {
         let group = &plan.groups.group;
         let done = std::iter::zip(&mut self.bodies, displacement)
@@ -243,6 +258,19 @@ impl Missing {
 }
 
 impl Newton {
+    /// The points that this iteration brings to its displacements.
+    fn extent(&self) -> Extent {
+        if self.residuals.len() < LOOKING { Extent::All } else { Extent::Iterated }
+    }
+
+    /// How the displacements of this iteration are recovered.
+    pub fn accuracy(&self) -> Accuracy {
+        match self.extent() {
+            Extent::All => Accuracy::Refined,
+            Extent::Iterated => Accuracy::Iterated,
+        }
+    }
+
     fn is_solved(&self, share: f64, now: &Missing) -> bool {
         share == 1.0 && now.settled && now.ratio <= self.tolerance
     }
