@@ -413,9 +413,9 @@ fn check(case: &Path) -> String {
 #[test]
 fn heat_that_begins_later() {
     let young = "young = 2e11";
-    let over_temperature = "young = { temperature = [300, 400], value = [2e11, 1e11] }";
+    let over_temperature = "young = { temperature = [300, 400], value = [2e11, 1.6e11] }";
     let yields = "young = 2e11, plasticity = { yield_stress = 1.5e8 }";
-    for (material, hot) in [(young, 2e11), (over_temperature, 1e11), (yields, 2e11)] {
+    for (material, hot) in [(young, 2e11), (over_temperature, 1.6e11), (yields, 2e11)] {
         let text = format!(
             r#"analysis = "plane stress"
 [[body]]
