@@ -150,6 +150,8 @@ impl Body {
             factors: LoadFactors::default(),
             external,
             temperature_path: case.temperature_path,
+            // As it is given, whatever its path says.
+            heat: 1.0,
             thermal,
             prescribed,
             mode_work: Vec::new(),

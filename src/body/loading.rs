@@ -22,11 +22,11 @@ impl Body {
         if *factors == self.loads.factors {
             return Ok(false);
         }
-        let path = self.loads.temperature_path;
-        let [before, factor] = [&self.loads.factors, factors].map(|factors| factors.on_temperature(path));
-        let heated = factor != before && self.given_temperature.is_some();
+        let factor = factors.on_temperature(self.loads.temperature_path);
+        let heated = factor != self.loads.heat && self.given_temperature.is_some();
         self.loads.factors = factors.clone();
         if heated {
+            self.loads.heat = factor;
             let laws = &self.model.laws;
             let scaled = |&t: &f64| laws.scaled_temperature(t, factor);
             self.temperature =

@@ -115,18 +115,20 @@ impl Body {
         };
         let diagonal = self.system.diagonal();
         let model = &self.model;
-        if zone.cells() != Some(&is_in) {
+        let heat = self.loads.factors.on_temperature(self.loads.temperature_path);
+        // The rest has the moduli of its temperature.
+        let is_stale = model.laws.stiffness_varies()
+            && zone.state.as_ref().is_some_and(|state| state.heated != heat);
+        if is_stale || zone.cells() != Some(&is_in) {
             zone.dissolve();
             let prefix = &self.system.setting().prefix;
             let interface = self.interface.dofs(self.part.dim);
-            let heat = self.loads.factors.on_temperature(self.loads.temperature_path);
             let rest =
                 condense(model, (temperature, heat), points, is_in, (diagonal, &interface, prefix), group)?;
             self.cost.add(|c| c.factorisations += 1);
             zone.state = Some(rest);
         }
         let Some(state) = &mut zone.state else { return Ok(false) };
-        let heat = self.loads.factors.on_temperature(self.loads.temperature_path);
         if state.heated != heat {
             let Share { thermal, .. } = model.share(temperature, points, |c| !state.is_in[c], group)?;
             (state.thermal, state.heated) = (thermal, heat);
