@@ -20,6 +20,10 @@ use crate::{
 use mpi::topology::SimpleCommunicator;
 use std::rc::Rc;
 
+/// Share of the forces that would hold plastic strains back, as far as stresses can, by which those that are missing are measured: little where loads act,
+/// and far above what round-off leaves where none do.
+const HELD: f64 = 0.01;
+
 /// All cells of the part, own and halo, one after the other.
 pub(super) struct Points {
     /// Where each cell's points end.
@@ -38,8 +42,9 @@ pub(super) struct Points {
     settled: bool,
     /// Nodal forces of the stresses at the owned nodes, N.
     internal: Vec<f64>,
-    /// Nodal forces that the thermal strains would make if nothing gave way, at the owned nodes: what cancels inside, N.
-    thermal: Vec<f64>,
+    /// Nodal forces that the thermal strains would make if nothing gave way, and a hundredth of those that the plastic strains
+    /// would, at the owned nodes: what cancels inside, and what is there where no load is left, N.
+    held: Vec<f64>,
     tangent: Tangent,
     /// The elastic system, while it holds for the temperature: what does not yield is factorised once.
     elastic: Option<Rc<System>>,
@@ -76,7 +81,7 @@ impl Points {
             ends,
             settled: true,
             internal: Vec::new(),
-            thermal: Vec::new(),
+            held: Vec::new(),
             tangent,
             elastic: None,
         }
@@ -104,8 +109,8 @@ impl Points {
         range.clone().filter(grows).count() as f64 / range.len() as f64
     }
 
-    pub fn thermal(&self) -> &[f64] {
-        &self.thermal
+    pub fn held(&self) -> &[f64] {
+        &self.held
     }
 
     /// The elastic system does not hold at the temperatures to come.
@@ -175,7 +180,7 @@ impl Body {
         let (part, model) = (&self.part, &self.model);
         let dim = part.dim;
         let temperature = self.temperature.as_ref().map(|t| &t[..]);
-        let (mut internal, mut thermal) =
+        let (mut internal, mut held) =
             (vec![0.0; part.points.len() * dim], vec![0.0; part.points.len() * dim]);
         let (mut x, mut own) = ([[0.0; 3]; MAX_NODES], [0.0; 3 * MAX_NODES]);
         let mut force = [0.0; 3 * MAX_NODES];
@@ -216,8 +221,9 @@ impl Body {
             points.settled &= settled;
             points.yields[i] = yields;
             stresses.clear();
-            stresses.extend(points.current[range].iter().map(|state| in_plane(&state.stress)));
-            let add = |force: &[f64], sum: &mut [f64], sized: bool| {
+            stresses.extend(points.current[range.clone()].iter().map(|state| in_plane(&state.stress)));
+            let mut add = |stresses: &[[f64; 3]], sum: &mut [f64], sized: bool| {
+                element.internal_force(&geometry, model.thickness, stresses, &mut force[..n * dim]);
                 for (a, &node) in cell.nodes().iter().enumerate() {
                     for c in 0..dim {
                         let f = force[a * dim + c];
@@ -225,18 +231,22 @@ impl Body {
                     }
                 }
             };
-            element.internal_force(&geometry, model.thickness, &stresses, &mut force[..n * dim]);
-            add(&force, &mut internal, false);
+            add(&stresses, &mut internal, false);
             if temperature.is_some() {
                 thermal_stresses(law, &temperatures, &mut stresses);
-                element.internal_force(&geometry, model.thickness, &stresses, &mut force[..n * dim]);
-                add(&force, &mut thermal, true);
+                add(&stresses, &mut held, true);
+            }
+            if points.current[range.clone()].iter().any(|state| state.plastic_strain != [0.0; 6]) {
+                let states = std::iter::zip(&points.current[range], &temperatures);
+                stresses.clear();
+                stresses.extend(states.map(|(state, t)| law.held(state, *t).map(|s| HELD * s)));
+                add(&stresses, &mut held, true);
             }
         }
         Hanging::of(part).distribute(&mut internal, dim);
         internal.truncate(part.n_owned * dim);
-        thermal.truncate(part.n_owned * dim);
-        (points.internal, points.thermal) = (internal, thermal);
+        held.truncate(part.n_owned * dim);
+        (points.internal, points.held) = (internal, held);
         Ok(())
     }
 
@@ -253,7 +263,7 @@ impl Body {
             sums.squares[0] += square(&residual);
             sums.squares[1] += square(&reaction);
             let of_node = i * dim..(i + 1) * dim;
-            for forces in [&points.internal[..], &points.thermal, &external, contact] {
+            for forces in [&points.internal[..], &points.held, &external, contact] {
                 sums.squares[1] += square(&forces[of_node.clone()]);
             }
             sums.work += std::iter::zip(&residual, &motion[of_node]).map(|(r, u)| r * u).sum::<f64>();

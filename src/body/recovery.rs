@@ -456,7 +456,7 @@ impl Body {
         let (part, dim) = (&self.part, self.part.dim);
         let external = self.loads.external_at(&self.loads.factors);
         // Of a body that yields the current right-hand side has the forces of all its stresses.
-        let inside = self.points.as_ref().map_or(&self.loads.current[..], |points| points.thermal());
+        let inside = self.points.as_ref().map_or(&self.loads.current[..], |points| points.held());
         for i in 0..part.n_owned {
             let (x, u) = (part.points[i], vector(u, i, dim));
             let [residual, reaction] = self.missing(i, [internal, &external, contact]);
