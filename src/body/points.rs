@@ -8,6 +8,7 @@ use super::{
     assembly::{cell_points, temperature_at},
     hanging::Hanging,
     laws::Law,
+    recovery::rounded,
     system::System,
 };
 use crate::{
@@ -45,6 +46,8 @@ pub(super) struct Points {
     /// Nodal forces that the thermal strains would make if nothing gave way, and a hundredth of those that the plastic strains
     /// would, at the owned nodes: what cancels inside, and what is there where no load is left, N.
     held: Vec<f64>,
+    /// What the round-off of the displacements makes of `internal` at the owned nodes, N.
+    rounding: Vec<f64>,
     tangent: Tangent,
     /// The elastic system, while it holds for the temperature: what does not yield is factorised once.
     elastic: Option<Rc<System>>,
@@ -53,8 +56,9 @@ pub(super) struct Points {
 /// What a body's points say of displacements.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Unbalanced {
-    /// Sum of the squares of what is missing to equilibrium at free unknowns, and of all nodal forces, N2.
-    pub squares: [f64; 2],
+    /// Sum of the squares of what is missing to equilibrium at free unknowns, of all nodal forces, and of what the unit round-off of
+    /// the displacements makes of them, N2.
+    pub squares: [f64; 3],
     /// Work of what is missing on the displacements of an iteration, J.
     pub work: f64,
     /// Whether the internal modes of all cells have settled.
@@ -82,6 +86,7 @@ impl Points {
             settled: true,
             internal: Vec::new(),
             held: Vec::new(),
+            rounding: Vec::new(),
             tangent,
             elastic: None,
         }
@@ -184,6 +189,8 @@ impl Body {
             (vec![0.0; part.points.len() * dim], vec![0.0; part.points.len() * dim]);
         let (mut x, mut own) = ([[0.0; 3]; MAX_NODES], [0.0; 3 * MAX_NODES]);
         let mut force = [0.0; 3 * MAX_NODES];
+        let (mut rounding, stiffness) =
+            (vec![0.0; part.points.len()], model.laws.stiffness() * model.thickness);
         let (mut geometry, mut stresses, mut temperatures) = (Vec::new(), Vec::new(), Vec::new());
         points.settled = true;
         for (i, cell) in part.cells.iter().enumerate() {
@@ -194,6 +201,8 @@ impl Body {
             }
             let element = model.elements.of(cell.kind);
             element.geometry(&x[..n], &mut geometry)?;
+            let rounded = rounded(&geometry, n, stiffness, &own[..n * dim]);
+            cell.nodes().iter().for_each(|&node| rounding[node as usize] += rounded);
             temperatures.clear();
             temperatures.extend(geometry.iter().map(|g| temperature_at(temperature, cell, &g.n[..n])));
             let range = points.range(i);
@@ -246,7 +255,8 @@ impl Body {
         Hanging::of(part).distribute(&mut internal, dim);
         internal.truncate(part.n_owned * dim);
         held.truncate(part.n_owned * dim);
-        (points.internal, points.held) = (internal, held);
+        rounding.truncate(part.n_owned);
+        (points.internal, points.held, points.rounding) = (internal, held, rounding);
         Ok(())
     }
 
@@ -266,6 +276,7 @@ impl Body {
             for forces in [&points.internal[..], &points.held, &external, contact] {
                 sums.squares[1] += square(&forces[of_node.clone()]);
             }
+            sums.squares[2] += points.rounding[i] * points.rounding[i];
             sums.work += std::iter::zip(&residual, &motion[of_node]).map(|(r, u)| r * u).sum::<f64>();
         }
         sums
