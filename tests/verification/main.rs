@@ -16,6 +16,8 @@ mod friction_heat;
 mod heat;
 mod hertz;
 mod increments;
+mod plastic_blocks;
+mod plastic_contact;
 mod plastic_tubes;
 mod plasticity;
 mod rectangles;

@@ -143,7 +143,7 @@ fn hubs_pushed_out() {
         for (u, exact) in table {
             let increments = if k == 0 { 1 } else { 40 };
             let text = format!(
-                "analysis = \"plane stress\"\nplasticity.theory = \"{of}\"\nstep = [{{ supports = 0.9999, steps = {increments} }}, {{}}]\n\
+                "analysis = \"plane stress\"\nplasticity = {{ theory = \"{of}\", tolerance = 1e-11 }}\nstep = [{{ supports = 0.9999, steps = {increments} }}, {{}}]\n\
                  material.m = {{ young = 2.1e11, poisson = 0.3, plasticity = {{ yield_stress = 250e6 }} }}\n\
                  [[body]]\nname = \"t\"\nmaterial = \"m\"\nelement = \"quad8\"\n\
                  mesh.ring = {{ radius = {{ from = 0.05, to = 0.1, cells = 30 }}, angle = {{ from = 0, to = 90, cells = 8 }} }}\n{}",
