@@ -276,6 +276,71 @@ fn shear_in_other_units(runner: &Runner) {
     }
 }
 
+/// Two half discs pressed into each other beyond yield and taken apart by half, of cells that match or not.
+fn indented(runner: &Runner, cells: [f64; 2]) -> Case {
+    let disc = |name: &str, y: f64, arc: &str, size: f64, u: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmaterial = \"m\"\n\
+             mesh.half_disc = {{ center = [0, {y}], radius = 0.05, arc = \"{arc}\", angle = {{ at = [-45, -1.5, 1.5, 45], size = [9, {size}, {size}, 9] }}, \
+             depth = {{ at = [0, 0.04, 0.6], size = [{depth}, {depth}, 0.15] }}, core = 4 }}\n\
+             support = [{{ surface = \"flat\", y = {u} }}, {{ point = [0, {y}], x = 0 }}]\n",
+            depth = 0.0175 * size
+        )
+    };
+    runner.parse(&format!(
+        "analysis = \"plane strain\"\nalternation.tolerance = 1e-11\nplasticity.tolerance = 1e-11\n\
+         step = [{{ steps = 4 }}, {{ supports = 0.5 }}]\n\
+         material.m = {{ young = 2.1e11, poisson = 0.3, plasticity = {{ yield_stress = 5e8, hardening = 2e9, kinematic = {{ modulus = 5e9, recall = 20 }} }} }}\n\
+         contact = [{{ name = \"c\", surfaces = [\"upper.arc\", \"lower.arc\"] }}]\n\
+         probe = [{{ name = \"p\", body = \"lower\", at = [0.0002, -0.001] }}]\n{}{}",
+        disc("upper", 0.05, "down", cells[0], -4e-5),
+        disc("lower", -0.05, "up", cells[1], 0.0)
+    ))
+}
+
+/// I11, I12, I13 of bodies that yield.
+fn plastic(runner: &Runner) {
+    let yielded = |summary: &Summary| summary.plasticity.clone().expect("bodies that yield");
+    for cells in [[0.25, 0.25], [0.25, 0.375]] {
+        let case = indented(runner, cells);
+        let reference = runner.run(&case).0;
+        let plain = yielded(&reference);
+        assert!(plain.max_plastic_strain > 1e-3 && reference.pairs[0].normal_force > 0.0, "{plain:?}");
+        let alike = |summary: &Summary, length: f64, force: f64, what: &str| {
+            let found = yielded(summary);
+            close(plain.max_plastic_strain, found.max_plastic_strain, 1e-8, what);
+            for a in &plain.bodies {
+                let b = found.bodies.iter().find(|b| b.name == a.name).expect("the body");
+                close(a.work * force * length, b.work, 1e-8, what);
+                close(a.plastic_volume, b.plastic_volume, 1e-8, what);
+            }
+        };
+        let angle = 37_f64.to_radians();
+        let (turned, _) = runner.run(&case.rotated(angle).expect("the case can be rotated"));
+        same(&reference, &turned, 1.0, 1.0, 1e-8, "yielding, turned");
+        same_probes(&reference, &turned, angle, "yielding, turned");
+        alike(&turned, 1.0, 1.0, "yielding, turned");
+        for (length, pressure) in [(1e3, 1e-6), (1e-3, 1e-3)] {
+            let (force, what) = (pressure * length * length, format!("yielding, units of {length:e}"));
+            let (scaled, _) = runner.run(&case.rescaled(length, pressure));
+            same(&reference, &scaled, length, force, 1e-8, &what);
+            alike(&scaled, length, force, &what);
+        }
+        let (swapped, _) = runner.run(&case.swapped());
+        // Equal discs: the normals of the one or of the other.
+        let matching = cells[0] == cells[1];
+        close(
+            reference.pairs[0].normal_force,
+            swapped.pairs[0].normal_force,
+            if matching { 1e-4 } else { 1e-8 },
+            "swapped",
+        );
+        if !matching {
+            alike(&swapped, 1.0, 1.0, "yielding, sides exchanged");
+        }
+    }
+}
+
 #[test]
 fn invariance() {
     let runner = Runner::start();
@@ -288,4 +353,5 @@ fn invariance() {
     reciprocity(&runner);
     stiffness_ratios(&runner);
     shear_in_other_units(&runner);
+    plastic(&runner);
 }

@@ -96,4 +96,9 @@ impl Law {
             None => self.elastic.law(temperature),
         }
     }
+
+    /// See [`ElastoPlastic::held`].
+    pub fn held(&self, state: &PointState, temperature: Option<f64>) -> [f64; 3] {
+        self.plastic.as_ref().map_or([0.0; 3], |plastic| plastic.held(state, temperature))
+    }
 }

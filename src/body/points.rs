@@ -9,6 +9,7 @@ use super::{
     hanging::Hanging,
     laws::Law,
     load::Part,
+    recovery::rounded,
     system::System,
     zone::Zone,
 };
@@ -23,6 +24,10 @@ use crate::{
 };
 use mpi::topology::SimpleCommunicator;
 use std::{cell::RefCell, rc::Rc};
+
+/// Share of the forces that would hold plastic strains back, as far as stresses can, by which those that are missing are measured: little where loads act,
+/// and far above what round-off leaves where none do.
+const HELD: f64 = 0.01;
 
 /// All cells of the part, own and halo, one after the other.
 pub(super) struct Points {
@@ -42,8 +47,11 @@ pub(super) struct Points {
     settled: bool,
     /// Nodal forces of the stresses at the owned nodes, N.
     internal: Vec<f64>,
-    /// Nodal forces that the thermal strains would make if nothing gave way, at the owned nodes: what cancels inside, N.
-    thermal: Vec<f64>,
+    /// Nodal forces that the thermal strains would make if nothing gave way, and a hundredth of those that the plastic strains
+    /// would, at the owned nodes: what cancels inside, and what is there where no load is left, N.
+    held: Vec<f64>,
+    /// What the round-off of the displacements makes of `internal` at the owned nodes, N.
+    rounding: Vec<f64>,
     tangent: Tangent,
     /// Whether nothing yields, on no rank.
     is_elastic: bool,
@@ -73,8 +81,9 @@ pub enum Extent {
 /// What a body's points say of displacements.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Unbalanced {
-    /// Sum of the squares of what is missing to equilibrium at free unknowns, and of all nodal forces, N2.
-    pub squares: [f64; 2],
+    /// Sum of the squares of what is missing to equilibrium at free unknowns, of all nodal forces, and of what the unit round-off of
+    /// the displacements makes of them, N2.
+    pub squares: [f64; 3],
     /// Work of what is missing on the displacements of an iteration, J.
     pub work: f64,
     /// Whether the internal modes of all cells have settled, and nothing yields that was not iterated.
@@ -101,7 +110,8 @@ impl Points {
             ends,
             settled: true,
             internal: Vec::new(),
-            thermal: Vec::new(),
+            held: Vec::new(),
+            rounding: Vec::new(),
             tangent,
             is_elastic: true,
             elastic: None,
@@ -147,8 +157,8 @@ impl Points {
         ratios.fold(0.0, larger)
     }
 
-    pub fn thermal(&self) -> &[f64] {
-        &self.thermal
+    pub fn held(&self) -> &[f64] {
+        &self.held
     }
 
     /// The elastic system does not hold at the temperatures to come.
@@ -245,10 +255,12 @@ impl Body {
         let (part, model) = (&self.part, &self.model);
         let dim = part.dim;
         let temperature = self.temperature.as_ref().map(|t| &t[..]);
-        let (mut internal, mut thermal) =
+        let (mut internal, mut held) =
             (vec![0.0; part.points.len() * dim], vec![0.0; part.points.len() * dim]);
         let (mut x, mut own) = ([[0.0; 3]; MAX_NODES], [0.0; 3 * MAX_NODES]);
         let (mut force, mut work) = ([0.0; 3 * MAX_NODES], Workspace::default());
+        let (mut rounding, stiffness) =
+            (vec![0.0; part.points.len()], model.laws.stiffness() * model.thickness);
         let (mut geometry, mut stresses, mut temperatures) = (Vec::new(), Vec::new(), Vec::new());
         points.settled = true;
         for (i, cell) in part.cells.iter().enumerate().filter(|(i, _)| chosen.is_none_or(|c| c[*i])) {
@@ -259,6 +271,8 @@ impl Body {
             }
             let element = model.elements.of(cell.kind);
             element.geometry(&x[..n], &mut geometry)?;
+            let rounded = rounded(&geometry, n, stiffness, &own[..n * dim]);
+            cell.nodes().iter().for_each(|&node| rounding[node as usize] += rounded);
             temperatures.clear();
             temperatures.extend(geometry.iter().map(|g| temperature_at(temperature, cell, &g.n[..n])));
             let range = points.range(i);
@@ -287,8 +301,9 @@ impl Body {
             points.settled &= settled;
             points.yields[i] = yields;
             stresses.clear();
-            stresses.extend(points.current[range].iter().map(|state| in_plane(&state.stress)));
-            let add = |force: &[f64], sum: &mut [f64], sized: bool| {
+            stresses.extend(points.current[range.clone()].iter().map(|state| in_plane(&state.stress)));
+            let mut add = |stresses: &[[f64; 3]], sum: &mut [f64], sized: bool| {
+                element.internal_force(&geometry, model.thickness, stresses, &mut force[..n * dim]);
                 for (a, &node) in cell.nodes().iter().enumerate() {
                     for c in 0..dim {
                         let f = force[a * dim + c];
@@ -296,20 +311,28 @@ impl Body {
                     }
                 }
             };
-            element.internal_force(&geometry, model.thickness, &stresses, &mut force[..n * dim]);
-            add(&force, &mut internal, false);
-            if temperature.is_some() && chosen.is_none() {
+            add(&stresses, &mut internal, false);
+            if chosen.is_some() {
+                continue;
+            }
+            if temperature.is_some() {
                 thermal_stresses(law, &temperatures, &mut stresses);
-                element.internal_force(&geometry, model.thickness, &stresses, &mut force[..n * dim]);
-                add(&force, &mut thermal, true);
+                add(&stresses, &mut held, true);
+            }
+            if points.current[range.clone()].iter().any(|state| state.plastic_strain != [0.0; 6]) {
+                let states = std::iter::zip(&points.current[range], &temperatures);
+                stresses.clear();
+                stresses.extend(states.map(|(state, t)| law.held(state, *t).map(|s| HELD * s)));
+                add(&stresses, &mut held, true);
             }
         }
         Hanging::of(part).distribute(&mut internal, dim);
         internal.truncate(part.n_owned * dim);
-        thermal.truncate(part.n_owned * dim);
         points.internal = internal;
         if chosen.is_none() {
-            points.thermal = thermal;
+            held.truncate(part.n_owned * dim);
+            rounding.truncate(part.n_owned);
+            (points.held, points.rounding) = (held, rounding);
         }
         Ok(())
     }
@@ -330,9 +353,10 @@ impl Body {
             sums.squares[0] += square(&residual);
             sums.squares[1] += square(&reaction);
             let of_node = i * dim..(i + 1) * dim;
-            for forces in [&points.internal[..], &points.thermal, &external, contact] {
+            for forces in [&points.internal[..], &points.held, &external, contact] {
                 sums.squares[1] += square(&forces[of_node.clone()]);
             }
+            sums.squares[2] += points.rounding[i] * points.rounding[i];
             sums.work += std::iter::zip(&residual, &motion[of_node]).map(|(r, u)| r * u).sum::<f64>();
         }
         sums

@@ -242,12 +242,7 @@ impl Body {
             {
                 other.push(std::iter::zip(&work.laws, strains).map(|(law, strain)| law.stress(*strain)));
             }
-            // The trace of a stiffness, of which a node has its share.
-            let mut trace = 0.0;
-            for g in &work.geometry {
-                trace += g.area * g.gradient[..n].iter().map(|d| dot(d, d)).sum::<f64>();
-            }
-            let rounded = f64::EPSILON * stiffness * trace * largest(&work.u[..n * dim]);
+            let rounded = rounded(&work.geometry, n, stiffness, &work.u[..n * dim]);
             for (a, &node) in cell.nodes().iter().enumerate() {
                 rounding[node as usize] += rounded;
                 (0..dim).for_each(|c| internal[node as usize * dim + c] += f[a * dim + c]);
@@ -456,7 +451,7 @@ impl Body {
         let (part, dim) = (&self.part, self.part.dim);
         let external = self.loads.external_at(&self.loads.factors);
         // Of a body that yields the current right-hand side has the forces of all its stresses.
-        let inside = self.points.as_ref().map_or(&self.loads.current[..], |points| points.thermal());
+        let inside = self.points.as_ref().map_or(&self.loads.current[..], |points| points.held());
         for i in 0..part.n_owned {
             let (x, u) = (part.points[i], vector(u, i, dim));
             let [residual, reaction] = self.missing(i, [internal, &external, contact]);
@@ -487,6 +482,14 @@ impl Body {
             (0..3).for_each(|c| balance.reaction[c] += reaction[c]);
         }
     }
+}
+
+/// What the unit round-off of the displacements `u` of a cell of `n` nodes makes of the forces of its stresses, N: eps |u| times its
+/// stiffness, by that of the material against a strain times the thickness, N/m.
+pub(super) fn rounded(geometry: &[PointGeometry], n: usize, stiffness: f64, u: &[f64]) -> f64 {
+    // The trace of a stiffness, of which a node has its share.
+    let of_point = |g: &PointGeometry| g.area * g.gradient[..n].iter().map(|d| dot(d, d)).sum::<f64>();
+    f64::EPSILON * stiffness * geometry.iter().map(of_point).sum::<f64>() * largest(u)
 }
 
 fn vector(values: &[f64], node: usize, dim: usize) -> [f64; 3] {

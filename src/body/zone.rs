@@ -117,8 +117,8 @@ impl Body {
         let model = &self.model;
         let heat = self.loads.factors.on_temperature(self.loads.temperature_path);
         // The rest has the moduli of its temperature.
-        let is_stale = model.laws.stiffness_varies()
-            && zone.state.as_ref().is_some_and(|state| state.heated != heat);
+        let is_stale =
+            model.laws.stiffness_varies() && zone.state.as_ref().is_some_and(|state| state.heated != heat);
         if is_stale || zone.cells() != Some(&is_in) {
             zone.dissolve();
             let prefix = &self.system.setting().prefix;

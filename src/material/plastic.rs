@@ -9,9 +9,9 @@
 use super::linear_elastic::Parameters;
 use super::plane::{Yielded, plane_strain, plane_stress};
 use super::return_mapping::ReturnMapping;
-use super::tensor::{Tensor, add, dot};
+use super::tensor::{Tensor, add, dot, equivalent, scaled};
 use super::{Analysis, LinearElastic, MaterialCase, Plasticity, Theory};
-use crate::element::PointLaw;
+use crate::{element::PointLaw, vector::smaller};
 use serde::{Deserialize, Serialize};
 
 /// What a point remembers. Tensors are (xx, yy, zz, xy, yz, xz); shear strains are tensor components, not engineering ones.
@@ -105,6 +105,14 @@ impl ElastoPlastic {
     /// The elastic law while no plastic strain is added to that of `old`.
     pub fn frozen(&self, old: &PointState, temperature: Option<f64>) -> PointLaw {
         self.frozen_law(&self.elastic.at(temperature), &old.plastic_strain)
+    }
+
+    /// Stress in the plane, Pa, that would hold the plastic strain of a state back, or as much of it as the yield stress can.
+    pub fn held(&self, state: &PointState, temperature: Option<f64>) -> [f64; 3] {
+        let stress = scaled(2. * self.elastic.at(temperature).shear(), &state.plastic_strain);
+        let temperature = self.elastic.temperature(temperature);
+        let share = self.plasticity.hardening.at(state.equivalent, temperature).0 / equivalent(&stress);
+        [0, 1, 3].map(|i| smaller(share, 1.) * stress[i])
     }
 
     /// Equivalent stress of the deviator without the backstress over the current yield stress sigma_y(p, T): 1 on the

@@ -193,7 +193,8 @@ impl Engine {
         let begun = place.clone();
         let mut warm = from.pairs.clone();
         let mut found = Found::none();
-        let (mut end, mut decisive);
+        let mut end = Nodal { contact: Vec::new(), displacement: Vec::new() };
+        let mut decisive = Vec::new();
         let mut damping = Damping::default();
         let mut newton = case.has_plasticity().then(|| self.begin(scene, from)).transpose()?;
         let (mut update, mut residuals) = (0, Vec::new());
@@ -201,8 +202,19 @@ impl Engine {
             if updated {
                 self.follow(scene, &place)?;
             }
-            let (driven, solution) =
-                self.drive(scene, target, (&begun, &from.pairs), &warm, &temperatures, &mut progress)?;
+            let driven =
+                self.drive(scene, target, (&begun, &from.pairs), &warm, &temperatures, &mut progress);
+            let (driven, solution) = match driven {
+                // The bodies of the first iteration are elastic: what does not hold those is a missing support.
+                Err(Error::Unrestrained(_)) if found.iterations > 0 => {
+                    found.reason = Reason::NoEquilibrium;
+                    found.diagnosis.push(
+                        "where bodies yield, nothing is left that holds them against their loads".into(),
+                    );
+                    break;
+                }
+                driven => driven?,
+            };
             let before = std::mem::replace(&mut found, driven);
             found.prepend(before);
             let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());

@@ -12,7 +12,7 @@ use crate::{
     material::{PointState, Tangent},
     parallel::{self, agree},
     scene::Plan,
-    vector::{larger, ratio},
+    vector::{larger, ratio, smaller},
 };
 use std::collections::HashMap;
 
@@ -31,6 +31,10 @@ const WORK: f64 = 0.5;
 
 /// ... or if its residual is this share of that at the start.
 const RESIDUAL: f64 = 0.5;
+
+/// How many times the unit round-off of the displacements a solver may leave of equilibrium, and the largest share of the forces
+/// that is taken for it: beyond, no digit of the stresses is left.
+const ROUND_OFF: [f64; 2] = [100.0, 1e-7];
 
 /// Forces of a body below this share of those of all bodies are none.
 const NO_FORCE: f64 = 1e-10;
@@ -65,6 +69,8 @@ pub(super) enum Progress {
 struct Missing {
     /// Largest of a body, relative to its forces.
     ratio: f64,
+    /// The same without what round-off may leave.
+    proven: f64,
     /// Norm over all bodies, N.
     norm: f64,
     /// Work on the motion of the iteration, J.
@@ -113,7 +119,7 @@ impl Engine {
         if let Some(before) = before.filter(|_| newton.searches) {
             let mut best = (1.0, now);
             for _ in 0..TRIALS {
-                if now.is_enough(&before) {
+                if now.is_enough(&before) || now.is_none(newton.tolerance) {
                     break;
                 }
                 let secant = share * before.work / (before.work - now.work);
@@ -235,14 +241,17 @@ impl Engine {
         let sums = parallel::sum(&groups.world, &own);
         let all = sums[1].sqrt();
         let of_bodies = parallel::sum(&groups.group, &of_bodies);
-        let ratios = of_bodies
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .map(|[missing, forces]| ratio(missing.sqrt(), larger(forces.sqrt(), NO_FORCE * all)));
-        let worst = ratios.fold(0.0, larger);
+        let ratios = of_bodies.as_chunks::<3>().0.iter().map(|squares| {
+            let [missing, forces, round_off] = squares.map(f64::sqrt);
+            let forces = larger(forces, NO_FORCE * all);
+            let left = smaller(ROUND_OFF[0] * round_off, ROUND_OFF[1] * forces);
+            [missing, larger(missing - left, 0.0)].map(|missing| ratio(missing, forces))
+        });
+        let worst = ratios.fold([0.0; 2], |[a, b], [c, d]| [larger(a, c), larger(b, d)]);
+        let worst = parallel::max(&groups.world, &worst);
         Missing {
-            ratio: parallel::max(&groups.world, &[worst])[0],
+            ratio: worst[0],
+            proven: worst[1],
             norm: sums[0].sqrt(),
             work: sums[2],
             settled: sums[3] == 0.0,
@@ -251,6 +260,11 @@ impl Engine {
 }
 
 impl Missing {
+    /// True in equilibrium.
+    fn is_none(&self, tolerance: f64) -> bool {
+        self.settled && self.proven <= tolerance
+    }
+
     /// True if a step is long enough, and not too long.
     fn is_enough(&self, before: &Missing) -> bool {
         self.norm <= RESIDUAL * before.norm || self.work.abs() <= WORK * before.work.abs()
@@ -272,7 +286,7 @@ impl Newton {
     }
 
     fn is_solved(&self, share: f64, now: &Missing) -> bool {
-        share == 1.0 && now.settled && now.ratio <= self.tolerance
+        share == 1.0 && now.is_none(self.tolerance)
     }
 
     /// An accurate contact asks for equilibrium as accurate.
