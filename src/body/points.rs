@@ -206,11 +206,9 @@ impl Body {
         self.zone.as_ref().map_or(1.0, Zone::share)
     }
 
-    /// The cells that alone are iterated; `None`: all are. Of a body that can move all are: what its condensed rest makes of
-    /// displacements lacks the forces at the fixings, which hold it in the stiffness matrix alone.
+    /// The cells that alone are iterated; `None`: all are.
     fn iterated(&self) -> Option<&[bool]> {
-        let acts = self.zone_acts && self.free.modes.is_empty();
-        self.zone.as_ref().filter(|_| acts).and_then(Zone::cells)
+        self.zone.as_ref().filter(|_| self.zone_acts).and_then(Zone::cells)
     }
 
     /// Takes the laws for elastic ones with the plastic strains of the accepted state: the way an increment begins.
