@@ -38,6 +38,9 @@ use Contender::*;
 impl Program for Contender {
     const ALL: &'static [Contender] = &[Kontakt, Frictionless, GetFem, CalculiX];
 
+    /// Relative error.
+    type Found = f64;
+
     fn name(self) -> &'static str {
         match self {
             Kontakt => "kontakt",
@@ -48,7 +51,7 @@ impl Program for Contender {
     }
 
     fn scene(dofs: f64) -> Result<Pair> {
-        Pair::new(&case::read(&common::partial_slip(), None, &common::sizes(dofs))?)
+        Pair::new(&case::read(&common::partial_slip(), None, &common::sizes(dofs))?, common::REACH)
     }
 
     fn prepare(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<()> {
@@ -74,7 +77,7 @@ impl Program for Contender {
     }
 
     /// Of the tangential traction; NaN without friction.
-    fn error(self, directory: &Path) -> Result<f64> {
+    fn found(self, directory: &Path) -> Result<f64> {
         let found = match self {
             Kontakt => tractions(&Results::read_last(&directory.join("kontakt/result.vtkhdf"))?),
             Frictionless => return Ok(f64::NAN),
@@ -129,7 +132,7 @@ fn all(directory: &Path) -> Result<()> {
     let all = compare::<Contender>(&SIZES, directory)?;
     common::write_page("friction.md", &page(&all))?;
     common::plot::draw("friction", &panels(&all.rows))?;
-    common::add_json("friction", all.json("q_error"))
+    common::add_json("friction", all.json(|r, row| row["q_error"] = r.found.into()))
 }
 
 fn page(all: &Comparison<Contender>) -> String {
@@ -151,7 +154,7 @@ fn page(all: &Comparison<Contender>) -> String {
     text += "| dofs | program | setting | CPU s | times kontakt | peak memory, MB | error of q |\n\
              |---|---|---|---|---|---|---|\n";
     for r in &all.rows {
-        let error = if r.error.is_finite() { format!("{:.2} %", 100.0 * r.error) } else { String::new() };
+        let error = if r.found.is_finite() { format!("{:.2} %", 100.0 * r.found) } else { String::new() };
         text += &format!(
             "| {} | {} | {} | {:.2} | {:.1} | {:.0} | {error} |\n",
             r.dofs,
@@ -178,7 +181,7 @@ fn panels(rows: &[Row<Contender>]) -> [Panel; 2] {
     };
     // In the same order, so that the colours are the programs'.
     let error = [Kontakt, GetFem, CalculiX]
-        .map(|p| curve(p, |r| (r.net, 100.0 * r.error, format!("{:.0}k", r.dofs as f64 / 1e3))));
+        .map(|p| curve(p, |r| (r.net, 100.0 * r.found, format!("{:.0}k", r.dofs as f64 / 1e3))));
     let cost = [Kontakt, GetFem, CalculiX, Frictionless]
         .map(|p| curve(p, |r| (r.dofs as f64 / 1e3, r.net, String::new())));
     [

@@ -360,6 +360,17 @@ fn how_yielding_is_computed() {
     for (text, expected) in rows {
         check(&[(at, &format!("[plasticity]\n{text}\n{at}"), expected)]);
     }
+    let drawn = "field = \"equivalent plastic strain\"";
+    let rows = [
+        (drawn.to_string(), "output.field: no body has a material with 'plasticity', so that nothing yields"),
+        (
+            format!("{drawn}\nstress = \"xx\""),
+            "output.field: 'stress' is given as well; the picture has one of them",
+        ),
+    ];
+    for (text, expected) in rows {
+        check(&[(at, &format!("[output]\n{text}\n{at}"), expected)]);
+    }
     let moving =
         "reference_temperature = 293\nplasticity = { yield_stress = 3e8, kinematic.modulus = 1e9 }\n";
     let text = GOOD.replacen("reference_temperature = 293\n", moving, 1);

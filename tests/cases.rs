@@ -110,3 +110,18 @@ fn press_fit() {
 fn partial_slip() {
     verify("partial-slip");
 }
+
+#[test]
+fn indentation() {
+    verify("indentation");
+}
+
+#[test]
+fn press_fit_plastic() {
+    verify("press-fit-plastic");
+}
+
+#[test]
+fn residual_stress() {
+    verify("residual-stress");
+}

@@ -408,3 +408,42 @@ fn check(case: &Path) -> String {
     let ran = command.arg(env!("CARGO_BIN_EXE_kontakt")).arg("check").arg(case).output().unwrap();
     String::from_utf8_lossy(&ran.stdout).into_owned()
 }
+
+/// A temperature whose path begins later is the reference temperature until then, from the first step on.
+#[test]
+fn heat_that_begins_later() {
+    let young = "young = 2e11";
+    let over_temperature = "young = { temperature = [300, 400], value = [2e11, 1.6e11] }";
+    let yields = "young = 2e11, plasticity = { yield_stress = 1.5e8 }";
+    for (material, hot) in [(young, 2e11), (over_temperature, 1.6e11), (yields, 2e11)] {
+        let text = format!(
+            r#"analysis = "plane stress"
+[[body]]
+name = "block"
+material = {{ {material}, poisson = 0.3, expansion = 1e-5, reference_temperature = 300 }}
+mesh.rectangle = {{ x = {{ from = 0, to = 1, cells = 2 }}, y = {{ from = 0, to = 1, cells = 2 }} }}
+temperature = {{ value = 400, path = "heat" }}
+support = [{{ surface = "bottom", y = 0 }}, {{ surface = "left", x = 0 }}]
+load = [{{ surface = "top", pressure = 1e8 }}]
+[path.heat]
+at = [1, 2]
+factor = [0, 1]
+[[step]]
+at = 1
+[[step]]
+at = 2
+[[probe]]
+name = "top"
+body = "block"
+at = [0, 1]
+"#
+        );
+        let found = solve(&text);
+        let expected = [(300.0, -1e8 / 2e11), (400.0, 1e-3 - 1e8 / hot)];
+        for (step, (temperature, u)) in std::iter::zip(steps(&found), expected) {
+            assert_close(&[value(step, "probes.top.temperature")], &[temperature], 1e-12);
+            assert_close(&[value(step, "probes.top.displacement.1")], &[u], 1e-9);
+            assert_close(&[value(step, "probes.top.stress.yy")], &[-1e8], 1e-9);
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! The pictures, drawn from made-up results: what is there, what it says, and how long it takes.
 //!
 //! `KONTAKT_KEEP=DIR` keeps them, to be looked at.
-use kontakt::case::{Analysis, OutputCase, StressComponent, Units};
+use kontakt::case::{Analysis, OutputCase, Shown, StressComponent, Units};
 use kontakt::contact::Law;
 use kontakt::element::ElementKind;
 use kontakt::mesh::Cell;
@@ -9,8 +9,12 @@ use kontakt::output::*;
 use kontakt::record::*;
 use std::path::Path;
 
-const STYLE: OutputCase =
-    OutputCase { component: StressComponent::Yy, magnification: None, window: None, every_estimate: false };
+const STYLE: OutputCase = OutputCase {
+    shown: Shown::Stress(StressComponent::Yy),
+    magnification: None,
+    window: None,
+    every_estimate: false,
+};
 
 /// A block of n x n quadrilaterals from `low` to `high`; `kind` quad4 or quad8.
 fn block(piece: &mut Piece, body: i32, kind: ElementKind, low: [f64; 2], high: [f64; 2], n: usize) {
@@ -200,10 +204,39 @@ fn three_pictures_with_units() {
 
 #[test]
 fn own_units_are_not_named() {
-    let style = OutputCase { component: StressComponent::Xx, magnification: Some(1.0), ..STYLE };
+    let style = OutputCase { shown: Shown::Stress(StressComponent::Xx), magnification: Some(1.0), ..STYLE };
     draw_in("own-units", &punch(ElementKind::Quad4, Units::Consistent), &style, |directory| {
         let pressure = std::fs::read_to_string(directory.join("pressure.svg")).unwrap();
         assert!(pressure.contains("pressure") && !pressure.contains("Pa)"));
+    });
+}
+
+#[test]
+fn plastic_strain_is_white_where_there_is_none() {
+    let mut results = punch(ElementKind::Quad8, Units::Si);
+    let style = OutputCase { shown: Shown::PlasticStrain, magnification: Some(1.0), ..STYLE };
+    let e = draw(&results, &style, Path::new("/nonexistent")).unwrap_err();
+    assert!(e.to_string().contains("equivalent_plastic_strain"), "{e}");
+    let of = |x: &[f64; 3]| (4e-3 - 0.4 * (x[0].hypot(x[1] + 0.01))).max(0.0);
+    let values = results.piece.points.iter().map(of).collect();
+    let name = "equivalent_plastic_strain".into();
+    results.piece.point_fields.push(Field { name, unit: "-", components: 1, values });
+    let count = |rgb: &[u8]| rgb.chunks(3).filter(|p| p[0] > p[2].saturating_add(40)).count();
+    let mut red = 0;
+    draw_in("plastic", &results, &style, |directory| {
+        let (rgb, _) = pixels(&directory.join("bodies.png"));
+        red = count(&rgb);
+        // Nothing is blue, and what has not yielded is as white as a body is.
+        assert!(rgb.chunks(3).all(|p| p[2] <= p[0].saturating_add(40)));
+        assert!(rgb.chunks(3).filter(|p| *p == [247; 3]).count() > 50_000);
+    });
+    assert!(red > 5_000, "{red}");
+    // Nothing has yielded.
+    results.piece.point_fields.last_mut().unwrap().values.fill(0.0);
+    draw_in("unyielded", &results, &style, |directory| {
+        // The bar alone.
+        let (rgb, _) = pixels(&directory.join("bodies.png"));
+        assert!(count(&rgb) < 20_000, "{}", count(&rgb));
     });
 }
 
@@ -335,7 +368,7 @@ fn what_is_not_there_is_not_drawn() {
     results.history.clear();
     let style = OutputCase {
         window: Some([[-0.01, -0.005], [0.03, 0.005]]),
-        component: StressComponent::Xx,
+        shown: Shown::Stress(StressComponent::Xx),
         ..STYLE
     };
     draw_in("window", &results, &style, |directory| {

@@ -18,6 +18,15 @@ const CASE_DOFS: f64 = 38_104.0;
 pub const FORCE: f64 = 1e6;
 pub const PEAK: f64 = 1.212074e9;
 pub const HALF_WIDTH: f64 = 5.25232e-4;
+/// How far from the axis other programs look for contact, m.
+pub const REACH: f64 = 2.01 * HALF_WIDTH;
+
+/// Radius of the indenter, m, and how far it can touch, radians from its lowest point.
+pub const INDENTER: f64 = 0.05;
+pub const INDENTED: f64 = 0.052;
+/// Largest over smallest cells along a side of the indentation, and its unknowns for one cell along half the contact.
+const RATIO: f64 = 100.0;
+const INDENTATION_DOFS: f64 = 12.5;
 
 /// Where the project is.
 pub fn root() -> &'static Path {
@@ -51,6 +60,38 @@ pub fn partial_slip() -> PathBuf {
 /// The Hertz case with about `dofs` unknowns and more settings.
 pub fn sized_case(dofs: f64, more: &[String]) -> Result<Case> {
     case::read(&hertz(), None, &[&sizes(dofs)[..], more].concat())
+}
+
+/// The plastic indentation, benches/indentation.toml.
+pub fn indentation() -> PathBuf {
+    root().join("benches/indentation.toml")
+}
+
+/// Settings of the indentation that give about `dofs` unknowns, opposite nodes where the bodies can touch, and a node on the axis.
+pub fn indentation_sizes(dofs: f64) -> Vec<String> {
+    let n = (dofs / INDENTATION_DOFS).sqrt().round();
+    let of = |share: f64| (share * n).round().max(1.0);
+    let degrees = INDENTED.to_degrees();
+    let positions: Vec<f64> =
+        (-n as i64..=n as i64).map(|i| INDENTER * (INDENTED * i as f64 / n).sin()).collect();
+    let last = positions.len();
+    let (mut cells, mut ratios) = (vec![1.0; last + 1], vec![1.0; last + 1]);
+    (cells[0], cells[last]) = (of(0.85), of(0.85));
+    (ratios[0], ratios[last]) = (1.0 / RATIO, RATIO);
+    let cells: Vec<String> = cells.iter().map(f64::to_string).collect();
+    let at: Vec<f64> = [-INDENTER].into_iter().chain(positions).chain([INDENTER]).collect();
+    let disc = "body.upper.mesh.half_disc";
+    let block = "body.lower.mesh.rectangle";
+    vec![
+        format!("{disc}.angle.at = [-45, -{degrees}, {degrees}, 45]"),
+        format!("{disc}.angle.cells = [{0}, {1}, {0}]", of(0.66), 2.0 * n),
+        format!("{disc}.angle.ratio = [{}, 1, {RATIO}]", 1.0 / RATIO),
+        format!("{disc}.depth.cells = {}", of(0.67)),
+        format!("{disc}.core = {}", of(0.15)),
+        format!("{block}.x = {{ at = {at:?}, cells = [{}], ratio = {ratios:?} }}", cells.join(",")),
+        format!("{block}.y.cells = {}", of(0.89)),
+        format!("{block}.y.ratio = {}", 1.0 / RATIO),
+    ]
 }
 
 pub fn median(mut values: Vec<f64>) -> f64 {

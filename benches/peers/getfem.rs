@@ -1,5 +1,5 @@
-//! GetFEM: meshes, start, results. What it does is in with_getfem.py, and in friction_with_getfem.py.
-use super::decks::Pair;
+//! GetFEM: meshes, start, results. What it does is in with_getfem.py, friction_with_getfem.py and plasticity_with_getfem.py.
+use super::decks::{Pair, YIELD};
 use kontakt::{Error, Result};
 use std::{fmt::Write, path::Path, process::Command};
 
@@ -15,13 +15,18 @@ pub const FRICTION_SETTING: &str = "- GetFEM: FEM_QK(2,1), basic contact brick o
                            solution; the other two ended elsewhere or did not converge. The nodal contact brick takes the normals of one surface, along which the\n  \
                            approach of the surfaces is slip, and was off by 6 % in q at 40 000 unknowns.\n";
 
+pub const PLASTICITY_SETTING: &str = "- GetFEM: FEM_QK(2,1), plane strain Prandtl Reuss with linear hardening in displacements only (the multiplier eliminated at the points),\n  \
+                                      basic contact brick on opposite nodes, symmetric augmented Lagrangian with r = 0.1 E, MUMPS, full Newton steps. The first step starts from\n  \
+                                      the elastic solution (from the bodies moved with what moves them it does not converge), the second from the end of the first, the others\n  \
+                                      from the last one repeated, which saves a sixth of the iterations; the second does not converge from there at 77 000 unknowns.\n";
+
 /// By how much the second body is put lower where both are one mesh: GetFEM joins points that coincide.
 const APART: f64 = 1e-3;
 
 pub fn prepare(pair: &Pair, directory: &Path) -> Result<()> {
     let write =
         |file: &str, text: String| std::fs::write(directory.join(file), text).map_err(Error::internal);
-    if pair.shear.is_some() {
+    if together(pair) {
         return write("bodies.mesh", mesh(pair, &[0, 1]));
     }
     write("body0.mesh", mesh(pair, &[0]))?;
@@ -31,11 +36,21 @@ pub fn prepare(pair: &Pair, directory: &Path) -> Result<()> {
 pub fn command(pair: &Pair, directory: &Path) -> Command {
     // Debian's Python: another one before it in the path does not see Debian's packages.
     let mut command = Command::new("/usr/bin/python3");
-    let program = if pair.shear.is_some() { "friction_with_getfem.py" } else { "with_getfem.py" };
+    let program = match (&pair.shear, pair.plastic) {
+        (Some(_), _) => "friction_with_getfem.py",
+        (None, Some(_)) => "plasticity_with_getfem.py",
+        (None, None) => "with_getfem.py",
+    };
     command.arg(crate::common::root().join("benches/peers").join(program)).arg(directory);
     let mut numbers = pair.lift.to_vec();
-    if let Some(shear) = &pair.shear {
+    if together(pair) {
         numbers.insert(0, APART);
+    }
+    if let Some(increments) = pair.plastic {
+        numbers.extend(YIELD);
+        numbers.push(increments as f64);
+    }
+    if let Some(shear) = &pair.shear {
         numbers.extend(shear.pull);
         numbers.push(shear.friction);
     }
@@ -43,6 +58,16 @@ pub fn command(pair: &Pair, directory: &Path) -> Command {
     numbers.extend(axis.filter_map(|(node, mesh)| Some(mesh.points[(*node)?][1])));
     command.args(numbers.iter().map(|v| format!("{v:e}")));
     command
+}
+
+/// True if both bodies are in one mesh.
+fn together(pair: &Pair) -> bool {
+    pair.shear.is_some() || pair.plastic.is_some()
+}
+
+/// Force of the contact along y, N.
+pub fn force(directory: &Path) -> Option<f64> {
+    word(directory, "force")
 }
 
 /// Tangential tractions, Pa, of the nodes in contact by their x.
@@ -97,9 +122,8 @@ fn mesh(pair: &Pair, bodies: &[usize]) -> String {
         }
     }
     text += "\nEND MESH STRUCTURE DESCRIPTION\n";
-    let regions = std::iter::zip(&first, bodies).flat_map(|(&(_, cells), &b)| {
-        [(cells, pair.meshes[b].surfaces["flat"].clone()), (cells, pair.facets(b))]
-    });
+    let regions = std::iter::zip(&first, bodies)
+        .flat_map(|(&(_, cells), &b)| [(cells, pair.flat_facets(b).to_vec()), (cells, pair.facets(b))]);
     for (i, (cells, facets)) in regions.enumerate() {
         let _ = writeln!(text, "BEGIN REGION {}", i + 1);
         for f in facets {

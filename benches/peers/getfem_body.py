@@ -19,15 +19,52 @@ def model():
     return md
 
 
-def elastic(md, u, mesh):
+def displaced(md, u, mesh):
     """A mesh with displacements `u`: their fem, that of a scalar, the quadrature."""
     fem, node = gf.MeshFem(mesh, 2), gf.MeshFem(mesh, 1)
     for f in fem, node:
         f.set_fem(gf.Fem("FEM_QK(2,1)"))
     rule = gf.MeshIm(mesh, gf.Integ("IM_GAUSS_PARALLELEPIPED(2,3)"))
     md.add_fem_variable(u, fem)
+    return fem, node, rule
+
+
+def elastic(md, u, mesh):
+    """The same, elastic."""
+    fem, node, rule = displaced(md, u, mesh)
     md.add_isotropic_linearized_elasticity_brick(rule, u, "lambda", "mu")
     return fem, node, rule
+
+
+class Yielding:
+    """Linear isotropic hardening in plane strain, the plastic multiplier eliminated at the points."""
+
+    LAW = "plane strain Prandtl Reuss linear hardening", "DISPLACEMENT_ONLY"
+
+    # Times the yield stress, which nothing reaches.
+    ELASTIC = 1e9
+
+    def __init__(self, md, u, rule, fem, stress, hardening):
+        self.stress = stress
+        for name, value in {"stress_y": stress, "hardening": hardening}.items():
+            md.add_initialized_data(name, [value])
+        md.add_fem_data(f"Previous_{u}", fem)
+        for name, size in {"xi": [1], "Previous_xi": [1], "Previous_alpha": [1], "Previous_Ep": [2, 2]}.items():
+            md.add_im_data(name, gf.MeshImData(rule, -1, size))
+        parameters = "lambda", "mu", "stress_y", "0", "hardening", "1", "1"
+        self.arguments = rule, *self.LAW, u, "xi", "Previous_Ep", "Previous_alpha", *parameters
+        md.add_small_strain_elastoplasticity_brick(*self.arguments)
+
+    def elastic(self, md):
+        """Newton steps of bodies that do not yield."""
+        md.set_variable("stress_y", [self.ELASTIC * self.stress])
+        steps = solve(md)
+        md.set_variable("stress_y", [self.stress])
+        return steps
+
+    def next(self, md):
+        """What has yielded counts from here."""
+        md.small_strain_elastoplasticity_next_iter(*self.arguments)
 
 
 def lift(md, u, fem, rule, region, height):
@@ -37,9 +74,9 @@ def lift(md, u, fem, rule, region, height):
     md.add_generalized_Dirichlet_condition_with_multipliers(rule, u, fem, region, name, "along_y")
 
 
-def pin(md, u, y):
-    """The node at (0, y) keeps x."""
-    name = f"pin{u}"
+def pin(md, u, y, which=0):
+    """The node at (0, y) keeps x; `which`: of the pinned ones."""
+    name = f"pin{which}{u}"
     md.add_initialized_data(name, [0, y])
     md.add_pointwise_constraints_with_multipliers(u, name, "along_x")
 

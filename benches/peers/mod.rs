@@ -18,6 +18,9 @@ pub trait Program: Copy + PartialEq + 'static {
     /// All that are compared.
     const ALL: &'static [Self];
 
+    /// What a run has found.
+    type Found;
+
     fn name(self) -> &'static str;
 
     /// The scene.
@@ -28,36 +31,35 @@ pub trait Program: Copy + PartialEq + 'static {
 
     fn command(self, pair: &Pair, dofs: f64, directory: &Path) -> Command;
 
-    /// Relative error of what a run has left.
-    fn error(self, directory: &Path) -> Result<f64>;
+    /// From what a run has left.
+    fn found(self, directory: &Path) -> Result<Self::Found>;
 
     /// What was set, in words.
     fn setting(self, dofs: f64, directory: &Path) -> String;
 
-    /// One run: what it spent and its error.
-    fn run(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<(Spent, f64)> {
+    /// One run: what it spent and found.
+    fn run(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<(Spent, Self::Found)> {
         let log = directory.join(format!("{}.log", self.name()));
         let mut command = self.command(pair, dofs, directory);
         let spent = process::run(command.env("OMP_NUM_THREADS", "1"), &log)?;
-        Ok((spent, self.error(directory)?))
+        Ok((spent, self.found(directory)?))
     }
 }
 
 /// A program at a size: the cheapest of its runs.
-pub struct Row<P> {
+pub struct Row<P: Program> {
     pub program: P,
     pub dofs: usize,
     /// Of the whole process.
     pub spent: Spent,
     /// CPU seconds less those of the empty run.
     pub net: f64,
-    /// Relative.
-    pub error: f64,
+    pub found: P::Found,
     pub setting: String,
 }
 
 /// All programs at all sizes, and what each spends on an empty run, in CPU seconds.
-pub struct Comparison<P> {
+pub struct Comparison<P: Program> {
     pub rows: Vec<Row<P>>,
     starts: Vec<(P, f64)>,
 }
@@ -70,19 +72,19 @@ pub fn compare<P: Program>(sizes: &[(f64, usize)], directory: &Path) -> Result<C
     let mut rows = Vec::new();
     for &size in sizes {
         let (dofs, runs) = measure::<P>(size, directory)?;
-        for (&(program, start), (spent, error)) in std::iter::zip(&starts, runs) {
+        for (&(program, start), (spent, found)) in std::iter::zip(&starts, runs) {
             let setting = program.setting(size.0, directory);
-            rows.push(Row { program, dofs, spent, net: spent.cpu - start, error, setting });
+            rows.push(Row { program, dofs, spent, net: spent.cpu - start, found, setting });
         }
     }
     Ok(Comparison { rows, starts })
 }
 
+/// What each program spent and found.
+type Runs<P> = Vec<(Spent, <P as Program>::Found)>;
+
 /// Runs of all programs in turn, the cheapest of each.
-fn measure<P: Program>(
-    (dofs, repetitions): (f64, usize),
-    directory: &Path,
-) -> Result<(usize, Vec<(Spent, f64)>)> {
+fn measure<P: Program>((dofs, repetitions): (f64, usize), directory: &Path) -> Result<(usize, Runs<P>)> {
     let pair = P::scene(dofs)?;
     for program in P::ALL {
         program.prepare(&pair, dofs, directory)?;
@@ -104,17 +106,18 @@ impl<P: Program> Comparison<P> {
         row.net / own.expect("every program runs at every size").net
     }
 
-    /// The rows for scripts; `error`: key of the error, null where there is none.
-    pub fn json(&self, error: &str) -> serde_json::Value {
+    /// The rows for scripts, with what was found added to each.
+    pub fn json(&self, add: impl Fn(&Row<P>, &mut serde_json::Value)) -> serde_json::Value {
         let row = |r: &Row<P>| {
-            serde_json::json!({
+            let mut row = serde_json::json!({
                 "program": r.program.name(),
                 "dofs": r.dofs,
                 "cpu_seconds": r.net,
                 "startup_cpu_seconds": r.spent.cpu - r.net,
                 "peak_mb": r.spent.peak_mb,
-                error: r.error,
-            })
+            });
+            add(r, &mut row);
+            row
         };
         self.rows.iter().map(row).collect()
     }

@@ -58,6 +58,50 @@ impl Model {
         Ok(Assembled { matrix, thermal, prescribed: parts })
     }
 
+    /// Forces of the initial strains and stresses of its points at the owned nodes, N, in the nodes' frames. Collective.
+    pub fn forces_of_points(
+        &self,
+        temperature: Option<&[f64]>,
+        points: &Points,
+        group: &SimpleCommunicator,
+    ) -> Result<Vec<f64>> {
+        let parameters = self.parameters(temperature, &self.constraints);
+        let parameters = Parameters { points: Some(points), stiff: false, ..parameters };
+        let Contributions { thermal, .. } = agree(group, parameters.element_arrays(group, |_, _| true))?;
+        parameters.sum_to_owners(group, &thermal)
+    }
+
+    /// What chosen cells of a body on one rank contribute at these laws of its points.
+    pub fn share(
+        &self,
+        temperature: Option<&[f64]>,
+        points: &Points,
+        chosen: impl Fn(usize) -> bool + Copy,
+        group: &SimpleCommunicator,
+    ) -> Result<Share> {
+        let with =
+            |constraints| Parameters { points: Some(points), ..self.parameters(temperature, constraints) };
+        let mut share = with(&self.constraints).share(group, chosen)?;
+        for (path, supports) in &self.on_paths {
+            let forces = with(supports).forces_of_supports(group, chosen)?;
+            share.prescribed.push(Part { path: Some(*path), forces });
+        }
+        Ok(share)
+    }
+
+    /// Held unknowns at the owned nodes, slaves among them, and of each path the displacements there.
+    pub fn held(&self) -> (Vec<usize>, Vec<Vec<(usize, f64)>>) {
+        let (part, dim) = (&self.part, self.part.dim);
+        let of = |constraints| self.parameters(None, constraints).held().collect::<Vec<_>>();
+        let values: Vec<Vec<(usize, f64)>> = std::iter::once(&self.constraints)
+            .chain(self.on_paths.iter().map(|(_, supports)| supports))
+            .map(of)
+            .collect();
+        let slaves = Hanging::of(part).among(part.n_owned);
+        let slaves = slaves.flat_map(|slave| (0..dim).map(move |c| slave.node as usize * dim + c));
+        (values[0].iter().map(|(i, _)| *i).chain(slaves).collect(), values)
+    }
+
     /// What assembly needs, at nodal temperatures, with the body's own or other constraints.
     pub fn parameters<'a>(
         &'a self,
@@ -69,6 +113,7 @@ impl Model {
             elements: &self.elements,
             laws: &self.laws,
             points: None,
+            stiff: true,
             temperature,
             constraints,
             thickness: self.thickness,
@@ -84,6 +129,8 @@ pub struct Parameters<'a> {
     pub laws: &'a Laws,
     /// Laws of the points of a body that yields; `None`: those of `laws`.
     pub points: Option<&'a Points>,
+    /// Whether the matrix is wanted, or the right-hand sides alone.
+    pub stiff: bool,
     pub temperature: Option<&'a [f64]>,
     pub constraints: &'a Constraints,
     pub thickness: f64,
@@ -98,6 +145,15 @@ struct Contributions {
     /// From prescribed displacements.
     prescribed: Vec<f64>,
     largest: f64,
+}
+
+/// What some cells of a body on one rank contribute, in the nodes' frames.
+pub(super) struct Share {
+    pub entries: Entries,
+    /// Forces of the initial strain, N.
+    pub thermal: Vec<f64>,
+    /// Forces of the supports' displacements; none at a held unknown.
+    pub prescribed: Vec<Part>,
 }
 
 /// An assembled body, in the nodes' frames: the right-hand sides at the owned nodes.
@@ -139,7 +195,7 @@ impl Parameters<'_> {
     pub fn stiffness(&self, group: &SimpleCommunicator) -> Result<Stiffness> {
         let (part, dim) = (self.part, self.part.dim);
         let Contributions { mut entries, thermal, prescribed, largest } =
-            agree(group, self.element_arrays(group, |_| true))?;
+            agree(group, self.element_arrays(group, |_, _| true))?;
         // Identity rows, scaled like the rest of the diagonal, keep the held unknowns in the system.
         let scale = crate::parallel::max(group, &[largest])[0];
         for (i, _) in self.held() {
@@ -176,6 +232,15 @@ impl Parameters<'_> {
     /// Forces of the prescribed displacements at the owned nodes, N, in the nodes' frames: the cells at nodes that do
     /// not stay where they are make them. Collective.
     fn prescribed_forces(&self, group: &SimpleCommunicator, diagonal: f64) -> Result<Vec<f64>> {
+        Ok(self.with_held(self.forces_of_supports(group, |_| true)?, diagonal))
+    }
+
+    /// The same of chosen cells, none of the held unknowns. Collective.
+    fn forces_of_supports(
+        &self,
+        group: &SimpleCommunicator,
+        chosen: impl Fn(usize) -> bool,
+    ) -> Result<Vec<f64>> {
         let moves = |node: &u32| {
             let constraint = self.constraints.0.get(node);
             constraint.is_some_and(|constraint| constraint.prescribed.iter().flatten().any(|u| *u != 0.0))
@@ -185,8 +250,20 @@ impl Parameters<'_> {
             let of_masters = |reduced: &Reduced| reduced.nodes.iter().any(moves);
             cell.nodes().iter().any(moves) || hanging.reduce(cell).as_ref().is_some_and(of_masters)
         };
-        let Contributions { prescribed, .. } = agree(group, self.element_arrays(group, near))?;
-        Ok(self.with_held(self.sum_to_owners(group, &prescribed)?, diagonal))
+        let of_cells = self.element_arrays(group, |index, cell| chosen(index) && near(cell));
+        let Contributions { prescribed, .. } = agree(group, of_cells)?;
+        self.sum_to_owners(group, &prescribed)
+    }
+
+    /// What chosen cells of a body on one rank make of its matrix and right-hand sides, without the rows of held unknowns.
+    fn share(&self, group: &SimpleCommunicator, chosen: impl Fn(usize) -> bool) -> Result<Share> {
+        let of_cells = self.element_arrays(group, |index, _| chosen(index));
+        let Contributions { entries, thermal, prescribed, .. } = of_cells?;
+        Ok(Share {
+            entries,
+            thermal: self.sum_to_owners(group, &thermal)?,
+            prescribed: vec![Part { path: None, forces: self.sum_to_owners(group, &prescribed)? }],
+        })
     }
 
     /// What the cells at some nodes (marked by local number) contribute to the stiffness matrix. Collective.
@@ -196,7 +273,7 @@ impl Parameters<'_> {
             let at = |all: &[u32]| all.iter().any(|&node| nodes[node as usize]);
             at(cell.nodes()) || hanging.reduce(cell).is_some_and(|reduced| at(&reduced.nodes))
         };
-        let Contributions { entries, .. } = agree(group, self.element_arrays(group, near))?;
+        let Contributions { entries, .. } = agree(group, self.element_arrays(group, |_, cell| near(cell)))?;
         entries.into_matrix(group, self.part.n_owned * self.part.dim, self.part.dim)
     }
 
@@ -204,21 +281,26 @@ impl Parameters<'_> {
     fn element_arrays(
         &self,
         group: &SimpleCommunicator,
-        chosen: impl Fn(&Cell) -> bool,
+        chosen: impl Fn(usize, &Cell) -> bool,
     ) -> Result<Contributions> {
         let (part, dim) = (self.part, self.part.dim);
-        let own = || part.cells[..part.n_own_cells].iter().enumerate().filter(|(_, cell)| chosen(cell));
+        let all = || part.cells[..part.n_own_cells].iter().enumerate();
+        let own = || all().filter(|(index, cell)| chosen(*index, cell));
         let hanging = Hanging::of(part);
         let mut lists = Lists::default();
+        let listed = || own().filter(|_| self.stiff);
         // A slave has a row of its own: it stays among its cell's nodes.
-        own().for_each(|(_, cell)| match hanging.reduce(cell) {
+        listed().for_each(|(_, cell)| match hanging.reduce(cell) {
             None => lists.push(cell.nodes().iter().map(|&node| part.global[node as usize])),
             Some(reduced) => {
                 let slaves = cell.nodes().iter().filter(|node| !reduced.nodes.contains(node));
                 lists.push(reduced.nodes.iter().chain(slaves).map(|&node| part.global[node as usize]));
             }
         });
-        let mut entries = Entries::new(group, part.n_global_nodes, dim, &lists);
+        let mut entries = match self.stiff {
+            true => Entries::new(group, part.n_global_nodes, dim, &lists),
+            false => Entries::Nothing,
+        };
         let n_nodes = self.summed_nodes();
         let (mut thermal, mut prescribed) = (vec![0.0; n_nodes * dim], vec![0.0; n_nodes * dim]);
         let mut x = [[0.0; 3]; MAX_NODES];

@@ -11,9 +11,10 @@ use super::{
     soft::Split,
     system::{Setting, System},
     temperature::temperatures,
+    zone::Zone,
 };
 use crate::{
-    case::{BodyCase, Case},
+    case::{BodyCase, Case, ZoneCase},
     error::Result,
     mesh::{Cell, Mesh, MeshPart, Numbering, give_to_first, partition},
     parallel::{agree, busy_with},
@@ -47,6 +48,7 @@ pub struct AssembledBody {
     temperature: Option<Rc<Vec<f64>>>,
     loads: Loads,
     points: Option<Points>,
+    zone: Option<Zone>,
     matrix: Matrix,
     setting: Setting,
     condensed: bool,
@@ -134,6 +136,9 @@ impl Body {
         let rule = |cell: &Cell| model.elements.of(cell.kind).points().len();
         let yields = model.laws.yield_somewhere();
         let points = yields.then(|| Points::new(&part.cells, rule, whole.plasticity.tangent));
+        let may_have_zone = yields && condensed && parts == 1 && whole.plasticity.zone != ZoneCase::Never;
+        let zone =
+            may_have_zone.then(|| Zone::new(whole.plasticity.zone, &part, interface.nodes.len() * dim));
         let cost = SharedCost::default();
         cost.add(|c| c.assemble = start.elapsed().as_secs_f64());
         if stretching(mesh) > STRETCHED {
@@ -145,6 +150,8 @@ impl Body {
             factors: LoadFactors::default(),
             external,
             temperature_path: case.temperature_path,
+            // As it is given, whatever its path says.
+            heat: 1.0,
             thermal,
             prescribed,
             mode_work: Vec::new(),
@@ -162,6 +169,7 @@ impl Body {
             temperature,
             loads,
             points,
+            zone,
             matrix,
             setting,
             condensed,
@@ -248,12 +256,14 @@ impl AssembledBody {
             temperature,
             loads,
             points: self.points,
+            zone: self.zone,
+            zone_acts: false,
             system: Rc::new(system),
             split,
             ghosts: self.ghosts,
         };
         if let Some(points) = &mut body.points {
-            points.keep_elastic(&body.system);
+            points.keep_elastic(&body.system, &body.loads.prescribed);
         }
         body.loads.mode_work = body.work_on_modes(group);
         body.combine_loads();

@@ -6,8 +6,14 @@ use crate::{error::Result, petsc::Matrix};
 use mpi::{topology::SimpleCommunicator, traits::*};
 
 pub(super) enum Entries {
+    /// Nobody asks for them.
+    Nothing,
     BlockRows(BlockRows),
-    Triples { rows: Vec<i32>, columns: Vec<i32>, values: Vec<f64> },
+    Triples {
+        rows: Vec<i32>,
+        columns: Vec<i32>,
+        values: Vec<f64>,
+    },
 }
 
 /// Rows of node blocks, `dim` x `dim` values each, in the order of compressed rows of single unknowns.
@@ -57,6 +63,7 @@ impl Entries {
     /// Adds a cell's matrix, row by row; `dofs`: its global unknowns, node by node, -1 for one that is left out.
     pub fn add(&mut self, dofs: &[i32], k: &[f64]) {
         match self {
+            Entries::Nothing => {}
             Entries::BlockRows(of_nodes) => of_nodes.add(dofs, k),
             Entries::Triples { rows, columns, values } => {
                 for (i, k) in std::iter::zip(dofs, k.chunks_exact(dofs.len())) {
@@ -71,6 +78,7 @@ impl Entries {
     /// Adds to the diagonal of an unknown of this rank.
     pub fn add_diagonal(&mut self, dof: i32, value: f64) {
         match self {
+            Entries::Nothing => {}
             Entries::BlockRows(of_nodes) => {
                 let (node, c) = (dof as usize / of_nodes.dim, dof as usize % of_nodes.dim);
                 if let Some(at) = of_nodes.place(node, node as u32) {
@@ -85,9 +93,26 @@ impl Entries {
         }
     }
 
+    /// Rows, columns and values of a body on one rank.
+    pub fn into_triples(self) -> (Vec<i32>, Vec<i32>, Vec<f64>) {
+        match self {
+            Entries::BlockRows(of_nodes) => {
+                let (starts, columns) = of_nodes.compressed();
+                let row = |(i, bounds): (usize, &[i32])| {
+                    std::iter::repeat_n(i as i32, (bounds[1] - bounds[0]) as usize)
+                };
+                let rows = starts.windows(2).enumerate().flat_map(row).collect();
+                (rows, columns, of_nodes.values)
+            }
+            Entries::Triples { rows, columns, values } => (rows, columns, values),
+            Entries::Nothing => Default::default(),
+        }
+    }
+
     /// The matrix of `n_owned` unknowns of this rank. Collective.
     pub fn into_matrix(self, group: &SimpleCommunicator, n_owned: usize, dim: usize) -> Result<Matrix> {
         match self {
+            Entries::Nothing => Matrix::from_triples(group, n_owned, dim, Default::default(), Vec::new()),
             Entries::BlockRows(rows) => {
                 let (starts, columns) = rows.compressed();
                 Matrix::from_rows(group, dim, starts, columns, rows.values)

@@ -66,6 +66,46 @@ pub fn condense_estimate(n_dofs: usize, n_interface_dofs: usize, dim: usize) -> 
     }
 }
 
+/// Share of a factorisation of the whole body that one of its zone may take at most: above it, what the zone saves goes into condensing
+/// the rest whenever it grows (measured on indentations of 5 to 160 thousand unknowns).
+const WORTH_IT: f64 = 0.7;
+
+/// Unknowns below which a factorisation is too short for anything to be saved.
+const SMALLEST: usize = 4000;
+
+/// Operations of a dense front take this share of the time of those of many small ones.
+const DENSE: f64 = 1.0 / 3.0;
+
+/// Operations, at the speed of a sparse factorisation, of one of a part of a body of N unknowns, b of them on the interface: a `share` of
+/// its cells, whose edge, three sides of a square, is dense with what the rest is condensed to.
+pub fn zone_estimate(n_dofs: usize, n_interface_dofs: usize, dim: usize, share: f64) -> f64 {
+    let (n, b) = (share * n_dofs as f64, n_interface_dofs as f64);
+    let edge = 3.0 * dim as f64 * (n / dim as f64).sqrt();
+    56.0 * n.powf(1.5) + DENSE / 3.0 * ((b + edge).powi(3) - b.powi(3)) + interface_front(b)
+}
+
+/// Operations of a factorisation of the whole body.
+pub fn zone_whole(n_dofs: usize, n_interface_dofs: usize) -> f64 {
+    56.0 * (n_dofs as f64).powf(1.5) + interface_front(n_interface_dofs as f64)
+}
+
+/// The Schur complement on b unknowns and its factor.
+fn interface_front(b: f64) -> f64 {
+    DENSE * 2.0 / 3.0 * b.powi(3)
+}
+
+/// Share of the cells up to which the zone of a body is factorised alone; 0: never.
+pub fn largest_zone(n_dofs: usize, n_interface_dofs: usize, dim: usize) -> f64 {
+    if n_dofs < SMALLEST {
+        return 0.0;
+    }
+    let whole = zone_whole(n_dofs, n_interface_dofs);
+    let pays = |percent: &u32| {
+        zone_estimate(n_dofs, n_interface_dofs, dim, 0.01 * f64::from(*percent)) <= WORTH_IT * whole
+    };
+    0.01 * f64::from((1..=100).take_while(pays).last().unwrap_or(0))
+}
+
 impl ResponseKind {
     /// Resolves `Automatic`; a body without interface answers by its solver in any case. Not collective, the same on
     /// all ranks.

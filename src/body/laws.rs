@@ -84,6 +84,11 @@ impl Law {
         }
     }
 
+    /// See [`ElastoPlastic::yield_ratio`]; 0 of a material that does not yield.
+    pub fn yield_ratio(&self, state: &PointState, temperature: Option<f64>) -> f64 {
+        self.plastic.as_ref().map_or(0.0, |plastic| plastic.yield_ratio(state, temperature))
+    }
+
     /// See [`ElastoPlastic::frozen`].
     pub fn frozen(&self, old: &PointState, temperature: Option<f64>) -> PointLaw {
         match &self.plastic {

@@ -74,6 +74,7 @@ impl LoadFactors {
 }
 
 /// Forces at the owned nodes at factor 1, N, of all that follows one path, or none.
+#[derive(Clone)]
 pub(super) struct Part {
     pub path: Option<usize>,
     pub forces: Vec<f64>,
@@ -105,6 +106,8 @@ pub(super) struct Loads {
     pub external: Vec<Part>,
     /// Path of the temperature.
     pub temperature_path: Option<usize>,
+    /// Factor that the temperature of the body has.
+    pub heat: f64,
     /// Forces of the initial strain, in the nodes' frames: at factor 1, or, where material data vary with
     /// temperature, at the current factor.
     pub thermal: Vec<f64>,

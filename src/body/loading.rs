@@ -3,6 +3,7 @@ use super::{
     Body, LoadFactors,
     assembly::Assembled,
     load::{Loads, ModeWork, Part},
+    points::Points,
     system::System,
 };
 use crate::{
@@ -21,11 +22,11 @@ impl Body {
         if *factors == self.loads.factors {
             return Ok(false);
         }
-        let path = self.loads.temperature_path;
-        let [before, factor] = [&self.loads.factors, factors].map(|factors| factors.on_temperature(path));
-        let heated = factor != before && self.given_temperature.is_some();
+        let factor = factors.on_temperature(self.loads.temperature_path);
+        let heated = factor != self.loads.heat && self.given_temperature.is_some();
         self.loads.factors = factors.clone();
         if heated {
+            self.loads.heat = factor;
             let laws = &self.model.laws;
             let scaled = |&t: &f64| laws.scaled_temperature(t, factor);
             self.temperature =
@@ -69,9 +70,15 @@ impl Body {
             self.system = kept;
             return Ok(());
         }
-        let (condensed, setting) = (self.system.is_condensed(), self.system.setting());
         let split = self.split.as_ref();
-        let built = System::new(group, matrix, &self.interface, setting, condensed, split, &self.cost);
+        let renewable = self.points.as_mut().filter(|_| self.system.is_condensed());
+        let built = match renewable.and_then(Points::renewable) {
+            Some(renewable) => self.system.renewed(group, matrix, renewable, &self.interface, split),
+            None => {
+                let (condensed, setting) = (self.system.is_condensed(), self.system.setting());
+                System::new(group, matrix, &self.interface, setting, condensed, split, &self.cost)
+            }
+        };
         self.system = Rc::new(agree(group, built)?);
         Ok(())
     }

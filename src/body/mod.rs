@@ -30,18 +30,19 @@ mod soft;
 mod solver;
 mod system;
 mod temperature;
+mod zone;
 
 pub use build::AssembledBody;
 pub use condensed::Condensed;
 pub use constraint::{Constraints, Fixing, NodeConstraint};
 pub use cost::Cost;
 pub use elements::Elements;
-pub use estimate::{Estimate, ResponseKind, condense_estimate};
+pub use estimate::{Estimate, ResponseKind, condense_estimate, largest_zone, zone_estimate, zone_whole};
 pub use interface::{BodyRow, Interface};
 pub use load::LoadFactors;
 pub use motion::{name_bodies, name_motion};
 pub use options::options_prefix;
-pub use points::Unbalanced;
+pub use points::{Extent, Unbalanced};
 pub use recovery::{Balance, Fields, PlasticFields, PointStresses};
 pub use region::{Region, find_facets, mesh_extent};
 pub use response::Response;
@@ -63,6 +64,7 @@ use points::Points;
 use soft::Split;
 use std::rc::Rc;
 use system::System;
+use zone::Zone;
 
 /// One body on its rank group.
 pub struct Body {
@@ -86,6 +88,10 @@ pub struct Body {
     loads: Loads,
     /// Of a body that yields.
     points: Option<Points>,
+    /// Of a body on one rank that yields and answers by its Schur complement.
+    zone: Option<Zone>,
+    /// True while that is what the system is of.
+    zone_acts: bool,
     system: Rc<System>,
     split: Option<Split>,
     /// Entries of a global vector for all nodes of the part.
@@ -99,6 +105,8 @@ pub enum Accuracy {
     Refined,
     /// What an estimate is made of.
     AsSolved,
+    /// What the next iteration of a body that yields is made of: elsewhere than in its zone, if that alone is iterated, they are nought.
+    Iterated,
 }
 
 impl Body {
@@ -164,10 +172,15 @@ impl Body {
                 }
             }
             let rhs: Vec<f64> = std::iter::zip(&self.loads.current, contact).map(|(f, c)| f + c).collect();
-            let x = self.system.recover(group, &rhs, &interface)?;
             let x = match accuracy {
-                Accuracy::Refined => self.system.refine(group, &rhs, x)?,
-                Accuracy::AsSolved => x,
+                Accuracy::Iterated => self.system.recover_zone(group, &rhs, &interface)?,
+                _ => self.system.recover(group, &rhs, &interface)?,
+            };
+            // What yields is not linear: the next iteration refines it.
+            let is_linear = self.points.as_ref().is_none_or(Points::is_elastic);
+            let x = match accuracy {
+                Accuracy::Refined if is_linear => self.system.refine(group, &rhs, x)?,
+                _ => x,
             };
             self.fill_slaves(group, self.model.constraints.from_frames(&x, self.part.dim))?
         } else {

@@ -5,21 +5,25 @@
 //! total displacements, and everything that knows linear bodies is used as it is.
 use super::{
     Body,
-    assembly::{cell_points, temperature_at},
+    assembly::{Model, cell_points, temperature_at},
     hanging::Hanging,
     laws::Law,
+    load::Part,
     recovery::rounded,
     system::System,
+    zone::Zone,
 };
 use crate::{
-    element::{MAX_NODES, PointLaw},
+    element::{MAX_NODES, PointLaw, Workspace},
     error::Result,
     material::{PointState, Tangent},
     mesh::Cell,
     parallel::{self, agree},
+    petsc::SchurFactor,
+    vector::larger,
 };
 use mpi::topology::SimpleCommunicator;
-use std::rc::Rc;
+use std::{cell::RefCell, rc::Rc};
 
 /// Share of the forces that would hold plastic strains back, as far as stresses can, by which those that are missing are measured: little where loads act,
 /// and far above what round-off leaves where none do.
@@ -49,8 +53,29 @@ pub(super) struct Points {
     /// What the round-off of the displacements makes of `internal` at the owned nodes, N.
     rounding: Vec<f64>,
     tangent: Tangent,
-    /// The elastic system, while it holds for the temperature: what does not yield is factorised once.
-    elastic: Option<Rc<System>>,
+    /// Whether nothing yields, on no rank.
+    is_elastic: bool,
+    /// While it holds for the temperature: what does not yield is factorised once.
+    elastic: Option<Elastic>,
+    /// Factor of the last stiffness of the whole body that was not elastic.
+    renewable: Option<Rc<RefCell<SchurFactor>>>,
+}
+
+/// A body of which nothing yields.
+#[derive(Clone)]
+struct Elastic {
+    system: Rc<System>,
+    /// Forces of the supports' displacements.
+    prescribed: Vec<Part>,
+}
+
+/// Which points an evaluation brings to displacements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// All of them.
+    All,
+    /// Those that iterations change.
+    Iterated,
 }
 
 /// What a body's points say of displacements.
@@ -61,7 +86,7 @@ pub struct Unbalanced {
     pub squares: [f64; 3],
     /// Work of what is missing on the displacements of an iteration, J.
     pub work: f64,
-    /// Whether the internal modes of all cells have settled.
+    /// Whether the internal modes of all cells have settled, and nothing yields that was not iterated.
     pub settled: bool,
 }
 
@@ -88,7 +113,9 @@ impl Points {
             held: Vec::new(),
             rounding: Vec::new(),
             tangent,
+            is_elastic: true,
             elastic: None,
+            renewable: None,
         }
     }
 
@@ -114,6 +141,22 @@ impl Points {
         range.clone().filter(grows).count() as f64 / range.len() as f64
     }
 
+    /// Of each cell: whether a point yields.
+    pub fn yielding(&self) -> &[bool] {
+        &self.yields
+    }
+
+    /// Largest equivalent stress of a cell's points over their yield stress.
+    pub fn loading(&self, cell: usize, model: &Model, temperature: Option<&[f64]>) -> f64 {
+        let of = &model.part.cells[cell];
+        let (law, rule) = (model.laws.of(of), model.elements.of(of.kind).points());
+        let ratios = std::iter::zip(&self.current[self.range(cell)], rule).map(|(state, point)| {
+            let shape = of.kind.shape(&point.xi);
+            law.yield_ratio(state, temperature_at(temperature, of, &shape.n[..of.kind.n_nodes()]))
+        });
+        ratios.fold(0.0, larger)
+    }
+
     pub fn held(&self) -> &[f64] {
         &self.held
     }
@@ -123,8 +166,18 @@ impl Points {
         self.elastic = None;
     }
 
-    pub fn keep_elastic(&mut self, system: &Rc<System>) {
-        self.elastic = Some(system.clone());
+    /// True if nothing yields, on no rank.
+    pub fn is_elastic(&self) -> bool {
+        self.is_elastic
+    }
+
+    /// Where the factor of a stiffness that is not elastic is kept, to be made again for the next one; `None` while it is elastic.
+    pub fn renewable(&mut self) -> Option<&mut Option<Rc<RefCell<SchurFactor>>>> {
+        (!self.is_elastic).then_some(&mut self.renewable)
+    }
+
+    pub fn keep_elastic(&mut self, system: &Rc<System>, prescribed: &[Part]) {
+        self.elastic = Some(Elastic { system: system.clone(), prescribed: prescribed.to_vec() });
     }
 }
 
@@ -148,9 +201,14 @@ impl Body {
         self.points.as_ref().map_or(&[], |points| &points.current)
     }
 
-    /// Share of the cells that the last iteration factorised.
+    /// Share of the cells that iterations factorise: of a body of which nothing has yielded, all.
     pub fn zone_fraction(&self) -> f64 {
-        1.0
+        self.zone.as_ref().map_or(1.0, Zone::share)
+    }
+
+    /// The cells that alone are iterated; `None`: all are.
+    fn iterated(&self) -> Option<&[bool]> {
+        self.zone.as_ref().filter(|_| self.zone_acts).and_then(Zone::cells)
     }
 
     /// Takes the laws for elastic ones with the plastic strains of the accepted state: the way an increment begins.
@@ -170,17 +228,29 @@ impl Body {
         }
     }
 
-    /// Brings the points to the displacements `u` at the owned nodes, m, from the accepted state on. Collective.
-    pub fn evaluate(&mut self, group: &SimpleCommunicator, u: &[f64]) -> Result<()> {
+    /// Brings the points to the displacements `u` at the owned nodes, m, from the accepted state on: all of them, or those that
+    /// iterations change, with the rest as it has been condensed. Collective.
+    pub fn evaluate(&mut self, group: &SimpleCommunicator, u: &[f64], extent: Extent) -> Result<()> {
         if self.points.is_none() {
             return Ok(());
         }
-        let u = self.with_ghosts(group, u)?;
-        let found = self.evaluate_cells(&u);
-        agree(group, found)
+        let iterated = match extent {
+            Extent::All => None,
+            Extent::Iterated => self.iterated().map(<[bool]>::to_vec),
+        };
+        let all = self.with_ghosts(group, u)?;
+        let found = self.evaluate_cells(&all, iterated.as_deref());
+        agree(group, found)?;
+        if iterated.is_some() {
+            let rest = self.forces_of_rest(u);
+            let internal = self.points.iter_mut().flat_map(|points| &mut points.internal);
+            std::iter::zip(internal, rest).for_each(|(sum, f)| *sum += f);
+        }
+        Ok(())
     }
 
-    fn evaluate_cells(&mut self, u: &[f64]) -> Result<()> {
+    /// Of all cells, or of chosen ones.
+    fn evaluate_cells(&mut self, u: &[f64], chosen: Option<&[bool]>) -> Result<()> {
         let Some(points) = &mut self.points else { return Ok(()) };
         let (part, model) = (&self.part, &self.model);
         let dim = part.dim;
@@ -188,12 +258,12 @@ impl Body {
         let (mut internal, mut held) =
             (vec![0.0; part.points.len() * dim], vec![0.0; part.points.len() * dim]);
         let (mut x, mut own) = ([[0.0; 3]; MAX_NODES], [0.0; 3 * MAX_NODES]);
-        let mut force = [0.0; 3 * MAX_NODES];
+        let (mut force, mut work) = ([0.0; 3 * MAX_NODES], Workspace::default());
         let (mut rounding, stiffness) =
             (vec![0.0; part.points.len()], model.laws.stiffness() * model.thickness);
         let (mut geometry, mut stresses, mut temperatures) = (Vec::new(), Vec::new(), Vec::new());
         points.settled = true;
-        for (i, cell) in part.cells.iter().enumerate() {
+        for (i, cell) in part.cells.iter().enumerate().filter(|(i, _)| chosen.is_none_or(|c| c[*i])) {
             let (n, law) = (cell.kind.n_nodes(), model.laws.of(cell));
             cell_points(part, cell, &mut x);
             for (a, &node) in cell.nodes().iter().enumerate() {
@@ -220,6 +290,7 @@ impl Body {
                 &geometry,
                 &own[..n * dim],
                 &mut points.laws[range.clone()],
+                &mut work,
                 |p, strain| {
                     let answer = law.respond(strain, &accepted[p], temperatures[p], tangent);
                     yields = answer.yields || (p > 0 && yields);
@@ -241,6 +312,9 @@ impl Body {
                 }
             };
             add(&stresses, &mut internal, false);
+            if chosen.is_some() {
+                continue;
+            }
             if temperature.is_some() {
                 thermal_stresses(law, &temperatures, &mut stresses);
                 add(&stresses, &mut held, true);
@@ -254,9 +328,12 @@ impl Body {
         }
         Hanging::of(part).distribute(&mut internal, dim);
         internal.truncate(part.n_owned * dim);
-        held.truncate(part.n_owned * dim);
-        rounding.truncate(part.n_owned);
-        (points.internal, points.held, points.rounding) = (internal, held, rounding);
+        points.internal = internal;
+        if chosen.is_none() {
+            held.truncate(part.n_owned * dim);
+            rounding.truncate(part.n_owned);
+            (points.held, points.rounding) = (held, rounding);
+        }
         Ok(())
     }
 
@@ -266,7 +343,10 @@ impl Body {
         let Some(points) = &self.points else { return Unbalanced { settled: true, ..Unbalanced::default() } };
         let external = self.loads.external_at(&self.loads.factors);
         let dim = self.part.dim;
-        let mut sums = Unbalanced { settled: points.settled, ..Unbalanced::default() };
+        let is_outside =
+            |is_in: &[bool]| std::iter::zip(&points.yields, is_in).any(|(yields, is_in)| *yields && !is_in);
+        let settled = points.settled && !self.iterated().is_some_and(is_outside);
+        let mut sums = Unbalanced { settled, ..Unbalanced::default() };
         let square = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
         for i in 0..self.part.n_owned {
             let [residual, reaction] = self.missing(i, [&points.internal, &external, contact]);
@@ -289,11 +369,27 @@ impl Body {
         let Some(points) = &self.points else { return Ok(()) };
         let yields = f64::from(u8::from(points.yields.contains(&true)));
         let elastic = parallel::max(group, &[yields])[0] == 0.0;
-        let kept = points.elastic.clone().filter(|_| elastic);
-        // The old factor is not needed while the new one is made.
-        self.assemble_again(group, kept)?;
+        if let Some(points) = &mut self.points {
+            points.is_elastic = elastic;
+        }
+        self.zone_acts = false;
+        if !elastic {
+            let of_zone = self.linearise_zone(group);
+            self.zone_acts = agree(group, of_zone)?;
+        }
+        if !self.zone_acts {
+            let kept = self.points.as_ref().and_then(|points| points.elastic.clone()).filter(|_| elastic);
+            match (kept, &self.points) {
+                (Some(Elastic { system, prescribed }), Some(points)) => {
+                    let temperature = self.temperature.as_ref().map(|t| &t[..]);
+                    self.loads.thermal = self.model.forces_of_points(temperature, points, group)?;
+                    (self.system, self.loads.prescribed) = (system, prescribed);
+                }
+                _ => self.assemble_again(group, None)?,
+            }
+        }
         if let (true, Some(points)) = (elastic, &mut self.points) {
-            points.keep_elastic(&self.system);
+            points.keep_elastic(&self.system, &self.loads.prescribed);
         }
         self.combine_loads();
         Ok(())

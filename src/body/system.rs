@@ -9,10 +9,10 @@ use crate::vector::larger;
 use crate::{
     error::{Error, Result},
     parallel::{self, agree},
-    petsc::{Cholesky, Ksp, Matrix, SchurFactor, Stage, Symmetric, Vector},
+    petsc::{Cholesky, Ksp, Matrix, SchurFactor, Stage, Symmetric, Vector, ZoneFactor},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
-use std::time::Instant;
+use std::{cell::RefCell, rc::Rc, time::Instant};
 
 /// A relative residual above this, and above what rounding the product A x alone leaves, gets the final displacements of a
 /// body one step of iterative refinement.
@@ -39,7 +39,8 @@ impl Setting {
 
 /// The stiffness matrix with its solver. Vectors: owned unknowns, in the nodes' frames.
 pub(super) struct System {
-    matrix: Matrix,
+    /// `None` where the rest of a body is condensed.
+    matrix: Option<Matrix>,
     /// Largest diagonal entry, N/m.
     diagonal: f64,
     answer: Answer,
@@ -54,13 +55,35 @@ enum Answer {
 
 /// What condensation leaves.
 struct Condensate {
-    interior: SchurFactor,
+    interior: Interior,
     /// Factor of the Schur complement, soft modes stiffened, on the first rank.
     interface: Option<Cholesky>,
     /// The soft modes, on the first rank.
     soft: SoftModes,
     /// Owned unknowns of the interface, on the first rank; its first global unknowns are its own.
     dofs: Vec<usize>,
+}
+
+/// What the unknowns that are not on the interface are condensed by.
+enum Interior {
+    Whole(Rc<RefCell<SchurFactor>>),
+    Zone(Rc<RefCell<ZoneFactor>>),
+}
+
+impl Interior {
+    fn reduce(&self, group: &SimpleCommunicator, b: &[f64]) -> Result<Vec<f64>> {
+        match self {
+            Interior::Whole(factor) => factor.borrow().reduce(group, b),
+            Interior::Zone(factor) => factor.borrow().reduce(group, b),
+        }
+    }
+
+    fn expand(&self, group: &SimpleCommunicator, b: &[f64], x_b: &[f64]) -> Result<Vec<f64>> {
+        match self {
+            Interior::Whole(factor) => factor.borrow().expand(group, b, x_b),
+            Interior::Zone(factor) => factor.borrow().expand(group, b, x_b),
+        }
+    }
 }
 
 impl System {
@@ -99,7 +122,7 @@ impl System {
             let (interface, soft) = agree(group, factor.map_err(failed))?.unzip();
             cost.add(|c| c.interface += start.elapsed().as_secs_f64());
             Answer::Condensed(Box::new(Condensate {
-                interior,
+                interior: Interior::Whole(Rc::new(RefCell::new(interior))),
                 interface,
                 soft: soft.unwrap_or_default(),
                 dofs,
@@ -118,7 +141,94 @@ impl System {
         };
         cost.add(|c| c.factorisations += 1);
         let diagonal = matrix.largest_diagonal()?;
-        Ok(System { matrix, diagonal, answer, setting, cost: cost.clone() })
+        Ok(System { matrix: Some(matrix), diagonal, answer, setting, cost: cost.clone() })
+    }
+
+    /// The same body with another stiffness of the same pattern; `renewable`: the factor of the last such one, which is factorised
+    /// again, or made. A condensed body. Collective, errors included.
+    pub fn renewed(
+        &self,
+        group: &SimpleCommunicator,
+        matrix: Matrix,
+        renewable: &mut Option<Rc<RefCell<SchurFactor>>>,
+        interface: &Interface,
+        split: Option<&Split>,
+    ) -> Result<System> {
+        let _stage = Stage::Factor.enter();
+        parallel::busy_with(format!("factorising body '{}'", self.setting.body));
+        let start = Instant::now();
+        let dofs = interface.dofs(self.setting.dim);
+        let (factor, s) = match renewable {
+            Some(factor) => {
+                let s = factor.borrow_mut().refactorise(group, &matrix);
+                (factor.clone(), s.map_err(|e| self.setting.of_body(e))?)
+            }
+            None => {
+                let indices: Vec<i32> = dofs.iter().map(|&dof| dof as i32).collect();
+                let made = SchurFactor::renewable(group, &matrix, &indices, &self.setting.prefix);
+                let (factor, s) = made.map_err(|e| self.setting.of_body(e))?;
+                let factor = Rc::new(RefCell::new(factor));
+                *renewable = Some(factor.clone());
+                (factor, s)
+            }
+        };
+        self.cost.add(|c| {
+            c.factor += start.elapsed().as_secs_f64();
+            c.factorisations += 1;
+        });
+        let factored = match group.rank() {
+            0 => self.factor_interface(s, dofs.len(), split).map(Some),
+            _ => Ok(None),
+        };
+        let (interface, soft) = agree(group, factored)?.unzip();
+        let answer = Answer::Condensed(Box::new(Condensate {
+            interior: Interior::Whole(factor),
+            interface,
+            soft: soft.unwrap_or_default(),
+            dofs,
+        }));
+        let diagonal = matrix.largest_diagonal()?;
+        Ok(System {
+            matrix: Some(matrix),
+            diagonal,
+            answer,
+            setting: self.setting(),
+            cost: self.cost.clone(),
+        })
+    }
+
+    /// The same body with its rest condensed: the `factor` of its zone, and the complement of that on the interface unknowns `dofs`.
+    pub fn of_zone(
+        &self,
+        factor: Rc<RefCell<ZoneFactor>>,
+        complement: Vec<f64>,
+        dofs: Vec<usize>,
+        split: Option<&Split>,
+    ) -> Result<System> {
+        let (interface, soft) = self.factor_interface(complement, dofs.len(), split)?;
+        let interior = Interior::Zone(factor);
+        let answer =
+            Answer::Condensed(Box::new(Condensate { interior, interface: Some(interface), soft, dofs }));
+        let (setting, cost) = (self.setting(), self.cost.clone());
+        Ok(System { matrix: None, diagonal: self.diagonal, answer, setting, cost })
+    }
+
+    fn factor_interface(
+        &self,
+        s: Vec<f64>,
+        n: usize,
+        split: Option<&Split>,
+    ) -> Result<(Cholesky, SoftModes)> {
+        let _stage = Stage::Condense.enter();
+        let start = Instant::now();
+        let factor = factor_interface(Symmetric::from_lower_rows(n, s), split);
+        self.cost.add(|c| c.interface += start.elapsed().as_secs_f64());
+        factor.map_err(|e| self.setting.of_body(e))
+    }
+
+    /// Largest diagonal entry, N/m.
+    pub fn diagonal(&self) -> f64 {
+        self.diagonal
     }
 
     pub fn setting(&self) -> Setting {
@@ -221,10 +331,28 @@ impl System {
         Ok(x)
     }
 
+    /// As [`System::recover`], but of unknowns that iterations of a zone change: nought elsewhere, and no work there.
+    pub fn recover_zone(&self, group: &SimpleCommunicator, b: &[f64], interface: &[f64]) -> Result<Vec<f64>> {
+        match &self.answer {
+            Answer::Condensed(condensate) => match &condensate.interior {
+                Interior::Zone(factor) => {
+                    let factor = factor.borrow();
+                    let of_zone = factor.expand_zone(group, b, interface)?;
+                    let mut x = vec![0.0; b.len()];
+                    std::iter::zip(factor.rest().zone_unknowns(), of_zone)
+                        .for_each(|(&i, value)| x[i] = value);
+                    Ok(x)
+                }
+                Interior::Whole(_) => self.recover(group, b, interface),
+            },
+            Answer::Solver(_) => self.recover(group, b, interface),
+        }
+    }
+
     /// x with one step of iterative refinement if its residual asks for it; never after an iterative solver, which has
     /// measured it. Collective.
     pub fn refine(&self, group: &SimpleCommunicator, b: &[f64], x: Vec<f64>) -> Result<Vec<f64>> {
-        if self.is_measured() {
+        if self.is_measured() || self.matrix.is_none() {
             return Ok(x);
         }
         let residual = self.residual(group, b, &x)?;
@@ -246,7 +374,8 @@ impl System {
     /// A x. Collective.
     fn times(&self, group: &SimpleCommunicator, x: &[f64]) -> Result<Vec<f64>> {
         let (x, y) = (vector(group, x)?, Vector::zeros(group, x.len())?);
-        self.matrix.times(&x, &y)?;
+        let matrix = self.matrix.as_ref().ok_or_else(|| Error::internal("a condensed rest has no matrix"))?;
+        matrix.times(&x, &y)?;
         y.to_vec()
     }
 

@@ -5,7 +5,7 @@ use super::reader::{Field, Fields, all};
 use super::within::within;
 use super::{
     AlternationCase, BodyRef, ConjugateRule, ContactCase, ContactGeometry, Driver, Gap, Law, OutputCase,
-    ProbeCase, Property, StressComponent, SurfaceName, Transfer, nearest,
+    ProbeCase, Property, Shown, StressComponent, SurfaceName, Transfer, nearest,
 };
 
 /// A body as others refer to it.
@@ -208,12 +208,23 @@ pub(super) fn probe(fields: &Fields<'_>, bodies: &[NamedBody<'_>]) -> Option<Pro
     Some(ProbeCase { name: name?.to_string(), body, at: [x, y, 0.0], origin: fields.origin() })
 }
 
-/// Reads `[output]`; every key has a default.
-pub(super) fn output(case: &Fields<'_>) -> OutputCase {
+/// Reads `[output]`; every key has a default. `yields`: a body of the case can.
+pub(super) fn output(case: &Fields<'_>, yields: bool) -> OutputCase {
     use StressComponent::*;
-    let mut output = OutputCase { component: Yy, magnification: None, window: None, every_estimate: false };
+    let shown = Shown::Stress(Yy);
+    let mut output = OutputCase { shown, magnification: None, window: None, every_estimate: false };
     if let Some(fields) = case.table("output") {
-        output.component = fields.choice("stress").map_or(Yy, |choice| [Xx, Yy, Zz, Xy, VonMises][choice]);
+        if let Some(choice) = fields.choice("stress") {
+            output.shown = Shown::Stress([Xx, Yy, Zz, Xy, VonMises][choice]);
+        }
+        if fields.choice("field").is_some() {
+            output.shown = Shown::PlasticStrain;
+            if fields.has("stress") {
+                fields.error_at("field", "'stress' is given as well; the picture has one of them");
+            } else if !yields {
+                fields.error_at("field", "no body has a material with 'plasticity', so that nothing yields");
+            }
+        }
         output.magnification = fields.number_if("magnification", |value| value >= 0.0, "must be >= 0");
         output.window = window(&fields);
         output.every_estimate = fields.choice("estimate") == Some(1);

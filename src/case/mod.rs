@@ -467,14 +467,23 @@ pub struct ProbeCase {
 /// What to draw and write.
 #[derive(Debug, Clone)]
 pub struct OutputCase {
-    /// Stress component that colours the deformed bodies.
-    pub component: StressComponent,
+    /// What colours the deformed bodies.
+    pub shown: Shown,
     /// Magnification of the displacements in the picture; `None`: chosen.
     pub magnification: Option<f64>,
     /// Region to draw (lower, upper corner); `None`: everything.
     pub window: Option<[[f64; 2]; 2]>,
     /// Whether the error is estimated for every load step, not only for the last.
     pub every_estimate: bool,
+}
+
+/// What the picture of the bodies shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shown {
+    /// A stress.
+    Stress(StressComponent),
+    /// The equivalent plastic strain.
+    PlasticStrain,
 }
 
 /// A stress component or invariant.

@@ -141,7 +141,8 @@ fn read_tree(reader: &Reader, root: &Node) -> Option<Case> {
     let probes = fields.tables("probe");
     refuse_duplicates(&probes, "probes");
     let probes = all(probes.iter().map(|table| contact::probe(table, named)));
-    let output = contact::output(&fields);
+    let yields = bodies.deformable.iter().any(|body| body.as_ref().is_none_or(BodyCase::yields));
+    let output = contact::output(&fields, yields);
     let meshed: Vec<&str> =
         named.iter().filter(|b| matches!(b.body, BodyRef::Deformable(_))).map(|b| b.name).collect();
     let study = study::read(&fields, &meshed, contacts.as_deref(), probes.as_deref());
@@ -253,6 +254,7 @@ young = { temperature = [293, 373], value = [1, 2] }
 poisson = 0.3
 [alternation]
 [output]
+field = "equivalent plastic strain"
 [study]
 [exact]
 probe.p = { x = 0, y = 0 }

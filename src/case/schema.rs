@@ -825,6 +825,12 @@ steps = \"auto\"\n\
                 "Stress that colours the picture.",
             ),
             key(
+                "field",
+                Choice(&["equivalent plastic strain"]),
+                ABSENT,
+                "What colours the picture in place of a stress; white: none. Only where a body can yield.",
+            ),
+            key(
                 "magnification",
                 Number(D::NUMBER),
                 is("chosen"),

@@ -19,7 +19,7 @@ pub use quadrature::{
     FacetPoint, MAX_POINTS, QuadraturePoint, error_rule, facet_rule, load_rule, stiffness_rule,
 };
 pub use shape::{FacetKind, FacetShape, MAX_NODES, Shape};
-pub use solid::{PointLaw, SolidElement, resolve};
+pub use solid::{PointLaw, SolidElement, Workspace, resolve};
 
 /// Kinds of solid element, nodes numbered as VTK and Gmsh do: corners counter-clockwise, then mid-sides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -94,6 +94,25 @@ struct Full {
     f: [f64; MAX_DOFS],
 }
 
+/// An element's points, with the gradients of all its modes there.
+struct Inside<'e> {
+    geometry: &'e [PointGeometry],
+    gradients: &'e [Gradients],
+    dilatation: Option<&'e Dilatation>,
+}
+
+/// What [`SolidElement::respond`] works in, to be used again for the next element.
+pub struct Workspace {
+    full: Full,
+    gradients: Vec<Gradients>,
+}
+
+impl Default for Workspace {
+    fn default() -> Self {
+        Workspace { full: Full::zero(), gradients: Vec::new() }
+    }
+}
+
 impl Full {
     fn zero() -> Full {
         Full { k: [[0.; MAX_DOFS]; MAX_DOFS], f: [0.; MAX_DOFS] }
@@ -205,21 +224,31 @@ impl SolidElement {
 
     /// Brings the internal modes to equilibrium with nodal displacements `u` (m, 2n) under a law that is not linear, by Newton
     /// iterations inside the element: `laws`, at each quadrature point, are those to begin with, and then what `answer`(point, strain)
-    /// says of the strains (11, 22, gamma12) there. False if they do not settle.
+    /// says of the strains (11, 22, gamma12) there. False if they do not settle. `work` may be of another element.
     pub fn respond(
         &self,
         x: &[[f64; 3]],
         geometry: &[PointGeometry],
         u: &[f64],
         laws: &mut [PointLaw],
+        work: &mut Workspace,
         mut answer: impl FnMut(usize, [f64; 3]) -> PointLaw,
     ) -> Result<bool> {
         let center = self.center(x)?;
         let dilatation = self.dilatation(&center, geometry);
+        let Workspace { full, gradients } = work;
+        gradients.clear();
+        let points = self.points().iter().zip(geometry);
+        gradients.extend(points.map(|(point, geometry)| self.gradients(&center, geometry, point)));
+        let inside = Inside { geometry, gradients, dilatation: dilatation.as_ref() };
         let mut last: Option<([f64; MAX_DOFS], f64)> = None;
         for _ in 0..LOCAL_ITERATIONS {
-            let internal = self.internal(&center, geometry, |point, _| laws[point]);
-            let target = self.amplitudes(internal.as_ref(), u);
+            let mut target = [0.; MAX_DOFS];
+            target[..u.len()].copy_from_slice(u);
+            if self.n_modes() > self.kind.n_nodes() {
+                self.linearise_internal(full, &inside, laws);
+                self.recover_internal(full, &mut target);
+            }
             let mut share = 1.;
             loop {
                 let amplitudes = match &last {
@@ -228,14 +257,7 @@ impl SolidElement {
                     }
                     _ => target,
                 };
-                let (residual, none) = self.internal_residual(
-                    &center,
-                    dilatation.as_ref(),
-                    geometry,
-                    &amplitudes,
-                    laws,
-                    &mut answer,
-                );
+                let (residual, none) = self.internal_residual(&inside, &amplitudes, laws, &mut answer);
                 // One that is not finite is seen in the forces at the nodes.
                 if residual <= none || !residual.is_finite() {
                     return Ok(true);
@@ -251,13 +273,24 @@ impl SolidElement {
         Ok(false)
     }
 
+    /// The equations of the internal modes at the points' laws, eliminated.
+    fn linearise_internal(&self, full: &mut Full, inside: &Inside, laws: &[PointLaw]) {
+        let first = 2 * self.kind.n_nodes();
+        let rows = first..2 * self.n_modes();
+        full.k[rows.clone()].iter_mut().for_each(|row| row.fill(0.));
+        full.f[rows].fill(0.);
+        let points = self.points().iter().zip(inside.geometry).zip(inside.gradients);
+        for (((point, geometry), gradients), law) in points.zip(laws) {
+            self.add_internal(full, point, gradients, inside.dilatation, law, geometry.area);
+        }
+        self.eliminate_internal(full, first);
+    }
+
     /// Largest force on an internal mode when all modes have these `amplitudes`, m, and the force that is none; `laws` are then those at
     /// the strains.
     fn internal_residual(
         &self,
-        center: &Jacobian,
-        dilatation: Option<&Dilatation>,
-        geometry: &[PointGeometry],
+        inside: &Inside,
         amplitudes: &[f64; MAX_DOFS],
         laws: &mut [PointLaw],
         answer: &mut impl FnMut(usize, [f64; 3]) -> PointLaw,
@@ -266,15 +299,15 @@ impl SolidElement {
         // The sizes of what the forces are the sum of, and what round-off of the strains makes of them.
         let (mut residual, mut size, mut round_off) = ([0.; 2 * MAX_INTERNAL], 0., 0.);
         let norm = |g: &[f64; 3]| g[0].abs() + g[1].abs();
-        for (p, (point, geometry)) in self.points().iter().zip(geometry).enumerate() {
-            let gradients = self.gradients(center, geometry, point);
-            let strain = self.strain(point, &gradients, dilatation, amplitudes);
+        let points = self.points().iter().zip(inside.geometry).zip(inside.gradients);
+        for (p, ((point, geometry), gradients)) in points.enumerate() {
+            let strain = self.strain(point, gradients, inside.dilatation, amplitudes);
             laws[p] = answer(p, strain);
             if self.n_modes() == n {
                 continue;
             }
             let stress = laws[p].stress(strain).map(|s| s * geometry.area);
-            let change = dilatation.map(|linear| linear.change(point, &gradients));
+            let change = inside.dilatation.map(|linear| linear.change(point, gradients));
             let parts = gradients[..self.n_modes()].iter().zip(amplitudes.chunks_exact(2));
             let rounded = parts.map(|(g, u)| norm(g) * (u[0].abs() + u[1].abs())).sum::<f64>();
             for m in n..self.n_modes() {
@@ -364,18 +397,31 @@ impl SolidElement {
             for (index, (point, geometry)) in self.points().iter().zip(geometry).enumerate() {
                 let law = law(index, &geometry.n[..n]);
                 let gradients = self.gradients(center, geometry, point);
-                // The thickness cancels.
-                match &dilatation {
-                    None => self.add_point(&mut full, n, &gradients, &law, geometry.area),
-                    Some(linear) => {
-                        let change = linear.change(point, &gradients);
-                        self.add_projected_point(&mut full, n, &gradients, &change, &law, geometry.area);
-                    }
-                }
+                self.add_internal(&mut full, point, &gradients, dilatation.as_ref(), &law, geometry.area);
             }
             self.eliminate_internal(&mut full, 2 * n);
             full
         })
+    }
+
+    /// Adds a point's share to the rows of the internal modes; the thickness cancels.
+    fn add_internal(
+        &self,
+        full: &mut Full,
+        point: &QuadraturePoint,
+        gradients: &Gradients,
+        dilatation: Option<&Dilatation>,
+        law: &PointLaw,
+        area: f64,
+    ) {
+        let n = self.kind.n_nodes();
+        match dilatation {
+            None => self.add_point(full, n, gradients, law, area),
+            Some(linear) => {
+                let change = linear.change(point, gradients);
+                self.add_projected_point(full, n, gradients, &change, law, area);
+            }
+        }
     }
 
     /// Amplitudes of all modes, m, for nodal displacements `u`: the internal ones are at equilibrium.

@@ -128,6 +128,26 @@ impl Rest {
         Ok(of_zone)
     }
 
+    /// Of the unknowns K that the rest is condensed to: their numbers, and S_K x_K + A_KI A_II^-1 b_I of the b that was reduced last, what
+    /// the rest does there, with x of all unknowns of which those of the rest's interior are not looked at.
+    pub fn on_edge(&self, x: &[f64]) -> Vec<(usize, f64)> {
+        let n = self.edge.len();
+        let x_k: Vec<f64> = self.edge.iter().map(|&i| x[self.unknowns[i]]).collect();
+        let mut f = vec![0.0; n];
+        for i in 0..n {
+            let row = &self.complement[i * n..][..=i];
+            for (j, s) in row[..i].iter().enumerate() {
+                f[i] += s * x_k[j];
+                f[j] += s * x_k[i];
+            }
+            f[i] += row[i] * x_k[i];
+        }
+        if let Some(last) = &*self.reduced.borrow() {
+            std::iter::zip(&mut f, &last.on_edge).for_each(|(f, more)| *f -= more);
+        }
+        self.edge.iter().map(|&i| self.unknowns[i]).zip(f).collect()
+    }
+
     /// x of all unknowns from that of the zone's.
     fn expand(&self, group: &SimpleCommunicator, b: &[f64], of_zone: &[f64]) -> Result<Vec<f64>> {
         let on_edge: Vec<f64> = self.edge_in_zone.iter().map(|&i| of_zone[i]).collect();

@@ -594,6 +594,7 @@ mod tests {
             pairs: vec![pair],
             probes: vec![probe],
             energy: None,
+            plasticity: None,
             steps: None,
             checks: Checks {
                 residual: 1e-12,

@@ -1,8 +1,8 @@
 //! What a run would do and cost, before it is done.
 use super::paths::path_lines;
 use crate::{
-    body::{Constraints, condense_estimate, free_motions},
-    case::{Case, Driver, ResponseCase},
+    body::{Constraints, condense_estimate, free_motions, largest_zone, zone_estimate, zone_whole},
+    case::{Case, Driver, ResponseCase, ZoneCase},
     element::ElementKind,
     error::Result,
     parallel::{self, agree},
@@ -61,6 +61,10 @@ const PER_DOF_STEP_SECONDS: f64 = 2.6e-6;
 const FACTOR_SECONDS: f64 = 4.0e-6;
 const FACTOR_SECONDS_15: f64 = 6.0e-9;
 
+/// Of a body that yields: bytes of its quadrature points, and iterations of an increment.
+const PER_DOF_POINTS: f64 = 1000.0;
+const ITERATIONS: f64 = 5.0;
+
 /// Bytes of the result file: of a point (coordinates), of a cell beside its nodes (type, offset, body), of the fields of a step at
 /// a point (displacement, stress, strain, von Mises; with friction traction, slip, status) and in a cell (stress, strain, von Mises, error), and of the pictures.
 const POINT: f64 = 24.0;
@@ -91,12 +95,17 @@ fn costs(case: &Case, plan: &Plan) -> Option<String> {
     let mut memory = vec![PROCESS; groups.shares.len()];
     let mut seconds = vec![SECONDS; groups.shares.len()];
     for (b, [factor, ..]) in all.as_chunks::<3>().0.iter().enumerate() {
+        let (points, iterations) = match case.bodies[b].yields() {
+            true => (PER_DOF_POINTS, 1.0 + ITERATIONS * increments),
+            false => (0.0, 1.0),
+        };
         let (group, n) = (groups.group_of(b), plan.dofs[b].max(2) as f64);
         let ranks = groups.shares[group].ranks.len() as f64;
-        let bytes = PER_DOF * n + factor * PER_DOF_LOG * n * n.log2();
+        let bytes = (PER_DOF + points) * n + factor * PER_DOF_LOG * n * n.log2();
         memory[group] += bytes / ranks * if ranks > 1.0 { SHARED } else { 1.0 };
         let factorise = factor * (FACTOR_SECONDS * n + FACTOR_SECONDS_15 * n.powf(1.5));
-        seconds[group] += (factorise + n * (PER_DOF_SECONDS + increments * PER_DOF_STEP_SECONDS)) / ranks;
+        seconds[group] += iterations * factorise / ranks
+            + n * (PER_DOF_SECONDS + iterations.max(increments) * PER_DOF_STEP_SECONDS) / ranks;
     }
     let whole: f64 = std::iter::zip(&memory, &groups.shares).map(|(m, s)| m * s.ranks.len() as f64).sum();
     let size: f64 =
@@ -124,6 +133,7 @@ fn bodies(case: &Case, plan: &Plan, contacts: Option<&Contacts>) -> Result<Vec<S
         let heat = if body.temperature.is_some() { ", thermal strain" } else { "" };
         let mut line = format!("body {}: {dofs} dofs on {ranks} rank(s){heat}", body.name);
         let interface = contacts.map_or(0, |c| c.interface_nodes(i)) * mesh.dim;
+        let mut is_condensed = false;
         if interface > 0 {
             let estimate = condense_estimate(dofs, interface, mesh.dim);
             // A solver of the user's choice is used.
@@ -134,6 +144,7 @@ fn bodies(case: &Case, plan: &Plan, contacts: Option<&Contacts>) -> Result<Vec<S
                 ResponseCase::Automatic | ResponseCase::Solver => "by its solver",
                 ResponseCase::Condensed => "condensed",
             };
+            is_condensed = chosen == "condensed";
             line += &format!(
                 "; {interface} of them on the interface, answers {chosen} (estimate: condensed {:.2} Gflop and {:.0} MB, by its \
                  solver {:.2} Gflop)",
@@ -142,6 +153,9 @@ fn bodies(case: &Case, plan: &Plan, contacts: Option<&Contacts>) -> Result<Vec<S
                 estimate.solver / 1e9
             );
         }
+        if body.yields() && is_condensed && ranks == 1 {
+            line += &zone_line(case.plasticity.zone, dofs, interface, mesh.dim);
+        }
         let free = free_motions(mesh, &Constraints::new(body, mesh)?);
         if !free.is_empty() {
             line += &format!("; supports leave free: {}", free.join(", "));
@@ -149,4 +163,25 @@ fn bodies(case: &Case, plan: &Plan, contacts: Option<&Contacts>) -> Result<Vec<S
         lines.push(line);
     }
     Ok(lines)
+}
+
+/// What iterations factorise of a body that yields.
+fn zone_line(zone: ZoneCase, dofs: usize, interface: usize, dim: usize) -> String {
+    let largest = match zone {
+        ZoneCase::Never => 0.0,
+        ZoneCase::Always => 1.0,
+        ZoneCase::Automatic => largest_zone(dofs, interface, dim),
+    };
+    if largest == 0.0 {
+        return "; if it yields, iterations factorise all of it".into();
+    }
+    const EXAMPLE: f64 = 0.1;
+    format!(
+        "; if it yields, iterations factorise the zone that does while it is at most {:.0} % of the cells (estimate: {:.2} Gflop at \
+         {:.0} %, {:.2} Gflop for all of them)",
+        100.0 * largest,
+        zone_estimate(dofs, interface, dim, EXAMPLE) / 1e9,
+        100.0 * EXAMPLE,
+        zone_whole(dofs, interface) / 1e9
+    )
 }

@@ -68,10 +68,13 @@ pub(super) fn summarise(
         let own = [volume[0], volume[1], yields as f64, cell_yields.len() as f64];
         let sums = parallel::sum(&groups.group, &own);
         let largest = parallel::max(&groups.group, &[*largest])[0];
-        told[index] =
-            [ratio(sums[0], sums[1]), largest, balance.plastic, sums[2], sums[3], body.zone_fraction()];
+        // The same on all ranks of the group.
+        if groups.is_root() {
+            told[index] =
+                [ratio(sums[0], sums[1]), largest, balance.plastic, sums[2], sums[3], body.zone_fraction()];
+        }
     }
-    let told = parallel::max(&groups.world, told.as_flattened());
+    let told = parallel::sum(&groups.world, told.as_flattened());
     let mut summary = PlasticitySummary {
         iterations: parallel::from_first(&groups.world, found.iterations as f64) as u64,
         residuals: found.residuals.clone(),

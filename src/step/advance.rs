@@ -3,7 +3,7 @@ use super::{
     contacts::Contacts,
     found::Found,
     neutral::{self, Neutral},
-    newton::Progress,
+    newton::{Newton, Progress},
     place::{Damping, Place, rigid_factor, rigid_factors},
     rows::rigid_motion,
     state::{BodyState, Energy, PairState, State},
@@ -218,15 +218,14 @@ impl Engine {
             let before = std::mem::replace(&mut found, driven);
             found.prepend(before);
             let (recovering, _stage) = (Instant::now(), Stage::Recover.enter());
-            end = self.recover(plan, &solution, Accuracy::Refined)?;
+            let accuracy = newton.as_ref().map_or(Accuracy::Refined, Newton::accuracy);
+            end = self.recover(plan, &solution, accuracy)?;
             self.clock.recover += recovering.elapsed().as_secs_f64();
-            warm = solution.pairs;
-            decisive = solution.influences;
             let mut balanced = true;
             if let Some(iterations) = &mut newton {
                 iterations.as_accurate_as(found.tolerance);
                 let progress = match found.reason.converged() {
-                    true => self.iterate(iterations, plan, &mut end)?,
+                    true => self.iterate(iterations, plan, &solution, &mut end)?,
                     false => Progress::Failed(String::new()),
                 };
                 residuals = iterations.residuals.clone();
@@ -237,9 +236,14 @@ impl Engine {
                         found.reason = Reason::NoEquilibrium;
                         found.diagnosis.push(why);
                     }
+                    end = self.recover(plan, &solution, Accuracy::Refined)?;
+                    self.bring_to(plan, &end.displacement)?;
+                    (warm, decisive) = (solution.pairs, Vec::new());
                     break;
                 }
             }
+            warm = solution.pairs;
+            decisive = solution.influences;
             if !found.reason.converged() || (!updated && balanced) {
                 break;
             }
@@ -508,7 +512,7 @@ impl Engine {
     }
 
     /// Displacements and contact forces at the owned nodes of each body. Collective.
-    fn recover(&mut self, plan: &Plan, solution: &Solution, accuracy: Accuracy) -> Result<Nodal> {
+    pub(super) fn recover(&mut self, plan: &Plan, solution: &Solution, accuracy: Accuracy) -> Result<Nodal> {
         let group = &plan.groups.group;
         let mut end = Nodal::default();
         let done = self.bodies.iter_mut().enumerate().try_for_each(|(i, body)| {

@@ -3,10 +3,10 @@
 use super::{
     advance::{Engine, Nodal},
     state::State,
-    task::{Scene, Target},
+    task::{Scene, Solution, Target},
 };
 use crate::{
-    body::{LoadFactors, Unbalanced},
+    body::{Accuracy, Extent, LoadFactors, Unbalanced},
     case::PlasticityCase,
     error::{Error, Result},
     material::{PointState, Tangent},
@@ -18,6 +18,9 @@ use std::collections::HashMap;
 
 /// Iterations in a row whose residual grows, after which they lead nowhere.
 const GROWING: usize = 3;
+
+/// First iterations after which all points are looked at: with fewer, what yields late is found at the end, and takes as many again.
+const LOOKING: usize = 3;
 
 /// Trials of a step along the line of an iteration, and how short and how long they may be.
 const TRIALS: usize = 6;
@@ -98,12 +101,19 @@ impl Engine {
 
     /// Takes `end`, what the linear bodies and their contacts came to, for the next iterate, or as much of the way to it as does
     /// good, which `end` is then. Collective.
-    pub(super) fn iterate(&mut self, newton: &mut Newton, plan: &Plan, end: &mut Nodal) -> Result<Progress> {
+    pub(super) fn iterate(
+        &mut self,
+        newton: &mut Newton,
+        plan: &Plan,
+        solution: &Solution,
+        end: &mut Nodal,
+    ) -> Result<Progress> {
         let motion: Vec<Vec<f64>> = std::iter::zip(&end.displacement, &newton.at.displacement)
             .map(|(to, from)| std::iter::zip(to, from).map(|(a, b)| a - b).collect())
             .collect();
         let before = newton.moved.then(|| self.missing(plan, &newton.at.contact, &motion));
-        self.evaluate(plan, &end.displacement)?;
+        let extent = newton.extent();
+        self.evaluate(plan, &end.displacement, extent)?;
         let mut now = self.missing(plan, &end.contact, &motion);
         let mut share = 1.0;
         if let Some(before) = before.filter(|_| newton.searches) {
@@ -116,25 +126,31 @@ impl Engine {
                 let next = if secant.is_finite() && secant > 0.0 { secant } else { 0.5 * share };
                 share = next.clamp(STEPS[0] * share, STEPS[1] * share);
                 let (u, contact) = between(&newton.at, end, share);
-                self.evaluate(plan, &u)?;
+                self.evaluate(plan, &u, extent)?;
                 now = self.missing(plan, &contact, &motion);
-                if !(now.norm >= best.1.norm) {
+                if now.norm < best.1.norm {
                     best = (share, now);
                 }
             }
             if !now.is_enough(&before) && best.0 != share {
                 (share, now) = best;
                 let (u, _) = between(&newton.at, end, share);
-                self.evaluate(plan, &u)?;
+                self.evaluate(plan, &u, extent)?;
             }
             if share < 1.0 {
                 (end.displacement, end.contact) = between(&newton.at, end, share);
             }
         }
+        if newton.is_solved(share, &now) && extent == Extent::Iterated {
+            // What was not iterated is looked at as well.
+            *end = self.recover(plan, solution, Accuracy::Refined)?;
+            self.bring_to(plan, &end.displacement)?;
+            now = self.missing(plan, &end.contact, &motion);
+        }
         newton.residuals.push(now.ratio);
         newton.at = Nodal { contact: end.contact.clone(), displacement: end.displacement.clone() };
         newton.moved = true;
-        if share == 1.0 && now.is_none(newton.tolerance) {
+        if newton.is_solved(share, &now) {
             return Ok(Progress::Solved);
         }
         if let Some(why) = newton.is_lost(&now) {
@@ -154,7 +170,7 @@ impl Engine {
         }
         self.set_points(scene.plan, from)?;
         let displacement = self.displacements_of(scene.plan, to)?;
-        self.evaluate(scene.plan, &displacement)
+        self.bring_to(scene.plan, &displacement)
     }
 
     /// Begins at the points of a state. Collective.
@@ -176,14 +192,19 @@ impl Engine {
         displacement: &[Vec<f64>],
     ) -> Result<()> {
         self.load(scene.plan, Target { factors, ..Target::FULL })?;
-        self.evaluate(scene.plan, displacement)
+        self.bring_to(scene.plan, displacement)
     }
 
-    /// Brings the points of all bodies to displacements at their owned nodes. Collective.
-    pub(super) fn evaluate(&mut self, plan: &Plan, displacement: &[Vec<f64>]) -> Result<()> {
+    /// Brings all points of all bodies to displacements at their owned nodes. Collective.
+    pub(super) fn bring_to(&mut self, plan: &Plan, displacement: &[Vec<f64>]) -> Result<()> {
+        self.evaluate(plan, displacement, Extent::All)
+    }
+
+    /// The same, or of the points that iterations change. Collective.
+    fn evaluate(&mut self, plan: &Plan, displacement: &[Vec<f64>], extent: Extent) -> Result<()> {
         let group = &plan.groups.group;
-        let done =
-            std::iter::zip(&mut self.bodies, displacement).try_for_each(|(body, u)| body.evaluate(group, u));
+        let done = std::iter::zip(&mut self.bodies, displacement)
+            .try_for_each(|(body, u)| body.evaluate(group, u, extent));
         agree(&plan.groups.world, done)
     }
 
@@ -251,6 +272,23 @@ impl Missing {
 }
 
 impl Newton {
+    /// The points that this iteration brings to its displacements.
+    fn extent(&self) -> Extent {
+        if self.residuals.len() < LOOKING { Extent::All } else { Extent::Iterated }
+    }
+
+    /// How the displacements of this iteration are recovered.
+    pub fn accuracy(&self) -> Accuracy {
+        match self.extent() {
+            Extent::All => Accuracy::Refined,
+            Extent::Iterated => Accuracy::Iterated,
+        }
+    }
+
+    fn is_solved(&self, share: f64, now: &Missing) -> bool {
+        share == 1.0 && now.is_none(self.tolerance)
+    }
+
     /// An accurate contact asks for equilibrium as accurate.
     pub fn as_accurate_as(&mut self, tolerance: f64) {
         self.tolerance = self.tolerance.min(tolerance);
@@ -292,7 +330,7 @@ fn between(from: &Nodal, to: &Nodal, share: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>
 
 /// True if a stiffness cannot be factorised: with the moduli of an iteration there is no equilibrium.
 fn is_of_stiffness(error: &Error) -> bool {
-    matches!(error, Error::Internal(_) | Error::NotConverged(_) | Error::NotFinite(_))
+    matches!(error, Error::Indefinite(_) | Error::Internal(_) | Error::NotConverged(_) | Error::NotFinite(_))
 }
 
 /// The points of the `cells` of a body; `None` if nothing is known of them: they have not yielded.

@@ -19,13 +19,18 @@ fn variant(name: &str, arguments: &[&str]) -> Results {
 #[test]
 fn pressures_along_the_interface() {
     let places = [2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0];
-    let table: [(&str, &[f64]); 6] = [
+    let table: [(&str, &[f64]); 11] = [
         ("S1a", &[214.2, 150.9, 109.4, 83.3, 67.2, 56.6, 42.2]),
         ("S1b", &[227.3, 151.9, 102.4, 73.05, 56.2, 48.3, 43.4]),
         ("S1c", &[281.5, 173.9, 103.3, 61.7, 38.0, 27.3, 21.5]),
         ("S2a", &[369.9, 264.8, 144.0, 0.0, 0.0, 0.0, 0.0]),
         ("S2b", &[383.4, 264.3, 131.0, 0.0, 0.0, 0.0, 0.0]),
         ("S2c", &[453.0, 256.4, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        ("S1d", &[267.1, 169.5, 103.4, 65.7, 44.0, 33.9, 28.3]),
+        ("S1e", &[267.3, 169.6, 103.3, 65.5, 43.7, 33.6, 28.0]),
+        ("S2d", &[433.4, 309.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        ("S2e", &[436.6, 305.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        ("S3", &[238.7, 147.9, 102.5, 76.5, 61.1, 53.5, 48.6]),
     ];
     for (name, pressures) in table {
         let results = variant(name, &[]);
@@ -39,7 +44,8 @@ fn pressures_along_the_interface() {
 /// Where it opens: u2(C) - u2(G), um. The gap at the end of the shorter surface is that of the table of the pair.
 #[test]
 fn opening_at_the_corner() {
-    for (name, opening) in [("S2a", 65.06), ("S2b", 64.50), ("S2c", 106.61)] {
+    for (name, opening) in [("S2a", 65.06), ("S2b", 64.50), ("S2c", 106.61), ("S2d", 102.52), ("S2e", 102.79)]
+    {
         let results = variant(name, &[]);
         let side = gapped(&results.pairs[0]);
         let i = side.x.iter().position(|x| (x[0] - 0.025).abs() < 1e-9).expect("the corner");

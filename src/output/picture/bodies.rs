@@ -1,10 +1,10 @@
-//! `bodies.png`: the deformed bodies, coloured by a stress component; beside it the contact, if it is small.
+//! `bodies.png`: the deformed bodies, coloured by a stress or the plastic strain; beside it the contact, if it is small.
 use super::colour::ColourScale;
 use super::scale::{Ticks, Unit, number};
 use super::scene::Scene;
 use super::view::{View, Window};
 use super::{FONT, INK, failed, heading, title_of_last_step};
-use crate::case::{OutputCase, StressComponent, Units};
+use crate::case::{OutputCase, Shown, StressComponent, Units};
 use crate::error::Result;
 use crate::output::Results;
 use plotters::coord::Shift;
@@ -35,7 +35,7 @@ pub(super) fn draw(results: &Results, style: &OutputCase) -> Result<Option<Vec<u
     if results.piece.cells.is_empty() {
         return Ok(None);
     }
-    let scene = Scene::new(results, style.component)?;
+    let scene = Scene::new(results, style.shown)?;
     let magnification = style.magnification.unwrap_or_else(|| scene.magnification());
     let window = match style.window {
         Some([low, high]) => Window { low, high },
@@ -105,8 +105,11 @@ fn label(
     colours: &ColourScale,
 ) -> Result<()> {
     let area = BitMapBackend::with_buffer(rgb, size).into_drawing_area();
-    let (name, symbol) = stress_name(style.component);
-    let unit = Unit::stress(results.run.units, colours.high.abs().max(colours.low.abs()));
+    let (name, symbol) = names(style.shown);
+    let unit = match style.shown {
+        Shown::Stress(_) => Unit::stress(results.run.units, colours.high.abs().max(colours.low.abs())),
+        Shown::PlasticStrain => Unit::strain(colours.high),
+    };
     text(
         &area,
         &heading(&title_of_last_step(results), "", 30, size.0 as i32 - 2 * LEFT as i32),
@@ -140,7 +143,12 @@ fn label(
     area.present().map_err(failed)
 }
 
-fn stress_name(component: StressComponent) -> (&'static str, &'static str) {
+/// What is shown, in the heading and above the bar.
+fn names(shown: Shown) -> (&'static str, &'static str) {
+    let component = match shown {
+        Shown::Stress(component) => component,
+        Shown::PlasticStrain => return ("equivalent plastic strain", "plastic strain"),
+    };
     match component {
         StressComponent::Xx => ("stress σxx", "σxx"),
         StressComponent::Yy => ("stress σyy", "σyy"),

@@ -36,6 +36,11 @@ impl ColourScale {
         ColourScale { low, high, diverging }
     }
 
+    /// From nought, which is white, to this value; of nothing but noughts some length nevertheless.
+    pub fn from_nought(high: f64) -> Self {
+        ColourScale { low: 0.0, high: if high > 0.0 { high } else { 1e-6 }, diverging: true }
+    }
+
     /// Colour of a value; grey where there is none.
     pub fn colour(&self, value: f64) -> Rgb {
         if !value.is_finite() {

@@ -1,6 +1,6 @@
 //! Pictures of a run, drawn by one process from the result file.
 //!
-//! `bodies.png`: the deformed bodies, coloured by a stress component; `pressure.svg`: contact pressure along
+//! `bodies.png`: the deformed bodies, coloured by a stress or the plastic strain; `pressure.svg`: contact pressure along
 //! the surfaces, and the tractions of friction; `convergence.svg`: the alternation.
 mod bodies;
 mod chart;

@@ -25,6 +25,11 @@ impl Unit {
         )
     }
 
+    /// For strains up to `size`, whatever the units of the case.
+    pub fn strain(size: f64) -> Self {
+        Self::choose(Units::Si, size, &[(1e-4, 1e-2, "%"), (0.0, 1e-6, "10⁻⁶")])
+    }
+
     /// The first whose smallest size is not above `size`.
     fn choose(units: Units, size: f64, list: &[(f64, f64, &'static str)]) -> Self {
         match list.iter().find(|(from, ..)| size >= *from) {

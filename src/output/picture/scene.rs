@@ -1,11 +1,11 @@
-//! What the picture of the bodies shows: deformed cells with a stress at each node.
+//! What the picture of the bodies shows: deformed cells with a value at each node.
 use super::colour::{ColourScale, Palette};
 use super::outline::{Edge, edges};
 use super::pixel::{Pixel, Rgb};
 use super::raster::Canvas;
 use super::scale::round_near;
 use super::view::{View, Window};
-use crate::case::StressComponent;
+use crate::case::{Shown, StressComponent};
 use crate::error::{Error, Result};
 use crate::mesh::Cell;
 use crate::output::{Field, Outline, Piece, Results};
@@ -23,19 +23,24 @@ pub(super) struct Scene<'a> {
     piece: &'a Piece,
     rigid: &'a [Outline],
     displacement: Vec<[f64; 2]>,
-    /// Stress at the nodes, Pa.
-    pub stress: Vec<f64>,
+    shown: Shown,
+    /// What is shown, at the nodes.
+    values: Vec<f64>,
     edges: Vec<Edge>,
 }
 
 impl<'a> Scene<'a> {
-    /// An error if the file has no nodal `displacement` and `stress`.
-    pub fn new(results: &'a Results, component: StressComponent) -> Result<Self> {
+    /// An error if the file has no nodal `displacement`, or not what is to be shown.
+    pub fn new(results: &'a Results, shown: Shown) -> Result<Self> {
         let piece = &results.piece;
         let displacement = nodal(piece, "displacement", 3)?.values.chunks(3).map(|u| [u[0], u[1]]).collect();
-        let stress =
-            nodal(piece, "stress", 6)?.values.chunks(6).map(|s| component_of(component, s)).collect();
-        Ok(Scene { piece, rigid: &results.run.rigid, displacement, stress, edges: edges(piece) })
+        let values = match shown {
+            Shown::Stress(component) => {
+                nodal(piece, "stress", 6)?.values.chunks(6).map(|s| component_of(component, s)).collect()
+            }
+            Shown::PlasticStrain => nodal(piece, "equivalent_plastic_strain", 1)?.values.clone(),
+        };
+        Ok(Scene { piece, rigid: &results.run.rigid, displacement, shown, values, edges: edges(piece) })
     }
 
     /// Where a node is, undeformed (0), deformed (1), or more so.
@@ -76,7 +81,11 @@ impl<'a> Scene<'a> {
     /// Colours for what can be seen in the window.
     pub fn colours(&self, window: &Window, magnification: f64) -> ColourScale {
         let seen = |node: usize| window.sees(std::iter::once(self.place(node, magnification)));
-        ColourScale::of((0..self.stress.len()).filter(|&node| seen(node)).map(|node| self.stress[node]))
+        let values = || (0..self.values.len()).filter(|&node| seen(node)).map(|node| self.values[node]);
+        match self.shown {
+            Shown::Stress(_) => ColourScale::of(values()),
+            Shown::PlasticStrain => ColourScale::from_nought(values().fold(0.0, larger)),
+        }
     }
 
     /// Draws all of it.
@@ -84,7 +93,7 @@ impl<'a> Scene<'a> {
         let mut canvas = Canvas::new(view.pixels[0], view.pixels[1]);
         let palette = Palette::new(scale);
         let pixels: Vec<Pixel> =
-            (0..self.stress.len()).map(|node| view.pixel(self.place(node, magnification))).collect();
+            (0..self.values.len()).map(|node| view.pixel(self.place(node, magnification))).collect();
         let panel = Window { low: [0.0; 2], high: view.pixels.map(|n| n as f64) };
         let mut visible = 0;
         for cell in &self.piece.cells {
@@ -114,7 +123,7 @@ impl<'a> Scene<'a> {
 
     /// A fan of triangles about the middle, so that no diagonal is preferred; one from a corner where that cannot be seen.
     fn paint_cell(&self, canvas: &mut Canvas, pixels: &[Pixel], palette: &Palette, cell: &Cell) {
-        let corner = |node: u32| (pixels[node as usize], self.stress[node as usize]);
+        let corner = |node: u32| (pixels[node as usize], self.values[node as usize]);
         let rim: Vec<_> = cell
             .kind
             .facets()
@@ -133,9 +142,9 @@ impl<'a> Scene<'a> {
             return;
         }
         let (middle, value) = middle(&rim, cell.kind.n_corners());
-        for (i, &(a, stress_a)) in rim.iter().enumerate() {
-            let (b, stress_b) = rim[(i + 1) % rim.len()];
-            canvas.triangle([a, b, middle], [stress_a, stress_b, value], palette);
+        for (i, &(a, value_a)) in rim.iter().enumerate() {
+            let (b, value_b) = rim[(i + 1) % rim.len()];
+            canvas.triangle([a, b, middle], [value_a, value_b, value], palette);
         }
     }
 
