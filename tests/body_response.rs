@@ -90,7 +90,7 @@ fn scenes() -> Vec<Scene> {
 impl Scene {
     fn body(&self, group: &SimpleCommunicator, response: ResponseKind) -> Body {
         let case = &self.case;
-        let body = Body::new(&case.bodies[0], &case, &self.mesh, group, &self.interface, response);
+        let body = Body::new(&case.bodies[0], case, &self.mesh, group, &self.interface, response);
         let body = body.unwrap();
         assert_eq!(body.free.modes.len(), self.modes, "{}: {:?}", self.name, body.free.modes);
         assert_eq!(body.is_condensed(), response == ResponseKind::Condensed);
@@ -404,7 +404,7 @@ fn options_of_the_body_count() {
         let scenes = scenes();
         let build = |scene: &Scene, kind| {
             let case = &scene.case;
-            Body::new(&case.bodies[0], &case, &scene.mesh, group, &scene.interface, kind).unwrap()
+            Body::new(&case.bodies[0], case, &scene.mesh, group, &scene.interface, kind).unwrap()
         };
         let unused = || kontakt::petsc::option_prefixes_left("body_b_").unwrap();
         kontakt::petsc::set_options("-body_b_mat_mumps_icntl_7 0").unwrap();

@@ -5,6 +5,7 @@ use super::{
     load::{Loads, ModeWork, Part},
     points::Points,
     system::System,
+    zone::Zone,
 };
 use crate::{
     error::Result,
@@ -35,6 +36,7 @@ impl Body {
                 // The next linearisation does it.
                 if self.model.laws.stiffness_varies() {
                     points.forget_elastic();
+                    self.zone.iter_mut().for_each(Zone::dissolve);
                 }
             } else if !laws.expands_linearly() {
                 self.reassemble(group)?;

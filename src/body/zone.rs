@@ -46,6 +46,8 @@ struct Condensed {
     /// Forces at the owned nodes of the rest's cells, N, held unknowns with the diagonal.
     thermal: Vec<f64>,
     prescribed: Vec<Part>,
+    /// Diagonal of held unknowns, N/m.
+    diagonal: f64,
     /// Factor of the temperature at which the rest's thermal forces are.
     heated: f64,
     factor: Option<Rc<RefCell<ZoneFactor>>>,
@@ -143,7 +145,7 @@ impl Body {
         for i in held.into_iter().filter(|&i| !in_rest[i]) {
             rows.push(i as i32);
             columns.push(i as i32);
-            values.push(diagonal);
+            values.push(state.diagonal);
         }
         std::iter::zip(&mut thermal, &state.thermal).for_each(|(sum, f)| *sum += f);
         for (sum, part) in std::iter::zip(&mut prescribed, &state.prescribed) {
@@ -221,7 +223,7 @@ fn condense(
     let n = model.part.n_owned * model.part.dim;
     let rest = Rest::new(group, n, (&rows, &columns, &values), &interface, &in_zone, prefix)?;
     let share = share_of(&is_in);
-    Ok(Condensed { is_in, share, rest: Rc::new(rest), thermal, prescribed, heated, factor: None })
+    Ok(Condensed { is_in, share, rest: Rc::new(rest), thermal, prescribed, diagonal, heated, factor: None })
 }
 
 /// Unknowns that chosen cells touch, those of the masters of their slaves included.

@@ -19,6 +19,7 @@ mod increments;
 mod plastic_blocks;
 mod plastic_contact;
 mod plastic_tubes;
+mod plastic_zone;
 mod plasticity;
 mod rectangles;
 mod relaxed;
