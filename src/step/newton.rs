@@ -34,7 +34,7 @@ const RESIDUAL: f64 = 0.5;
 
 /// How many times the unit round-off of the displacements a solver may leave of equilibrium, and the largest share of the forces
 /// that is taken for it: beyond, no digit of the stresses is left.
-const ROUND_OFF: [f64; 2] = [100.0, 1e-7];
+const ROUND_OFF: [f64; 2] = [10.0, 1e-7];
 
 /// Forces of a body below this share of those of all bodies are none.
 const NO_FORCE: f64 = 1e-10;

@@ -146,7 +146,7 @@ fn hubs_pushed_out() {
                 "analysis = \"plane stress\"\nplasticity = {{ theory = \"{of}\", tolerance = 1e-11 }}\nstep = [{{ supports = 0.9999, steps = {increments} }}, {{}}]\n\
                  material.m = {{ young = 2.1e11, poisson = 0.3, plasticity = {{ yield_stress = 250e6 }} }}\n\
                  [[body]]\nname = \"t\"\nmaterial = \"m\"\nelement = \"quad8\"\n\
-                 mesh.ring = {{ radius = {{ from = 0.05, to = 0.1, cells = 30 }}, angle = {{ from = 0, to = 90, cells = 8 }} }}\n{}",
+                 mesh.ring = {{ radius = {{ from = 0.05, to = 0.1, cells = 40 }}, angle = {{ from = 0, to = 90, cells = 8 }} }}\n{}",
                 pushed(u, 0.05)
             );
             let (summary, _) = solve_within(&text, 2, &[], 10.0);
