@@ -118,10 +118,7 @@ impl Body {
         let diagonal = self.system.diagonal();
         let model = &self.model;
         let heat = self.loads.factors.on_temperature(self.loads.temperature_path);
-        // The rest has the moduli of its temperature.
-        let is_stale =
-            model.laws.stiffness_varies() && zone.state.as_ref().is_some_and(|state| state.heated != heat);
-        if is_stale || zone.cells() != Some(&is_in) {
+        if zone.cells() != Some(&is_in) {
             zone.dissolve();
             let prefix = &self.system.setting().prefix;
             let interface = self.interface.dofs(self.part.dim);
