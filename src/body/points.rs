@@ -211,14 +211,16 @@ impl Body {
         self.zone.as_ref().filter(|_| self.zone_acts).and_then(Zone::cells)
     }
 
-    /// Owned nodes at which a body is fixed in the stiffness matrix, while its zone alone is iterated: what its condensed rest does
-    /// there is not known, and nothing is missing there if nothing is elsewhere.
-    fn unseen(&self) -> Vec<usize> {
-        if self.iterated().is_none() {
-            return Vec::new();
-        }
+    /// Owned nodes at which fixings hold the body in the stiffness matrix, in their order.
+    pub(super) fn fixed_nodes(&self) -> Vec<usize> {
         let own = &self.part.original[..self.part.n_owned];
         self.fixings.iter().filter_map(|fixing| own.iter().position(|node| *node == fixing.node)).collect()
+    }
+
+    /// Owned nodes at which, while a zone alone is iterated, what the condensed rest does is not known: nothing is missing there if
+    /// nothing is elsewhere.
+    fn unseen(&self) -> Vec<usize> {
+        if self.iterated().is_some() { self.fixed_nodes() } else { Vec::new() }
     }
 
     /// Takes the laws for elastic ones with the plastic strains of the accepted state: the way an increment begins.

@@ -18,6 +18,7 @@ use crate::{
     petsc::{Rest, ZoneFactor},
 };
 use mpi::topology::SimpleCommunicator;
+use nalgebra::{DMatrix, DVector};
 use std::{cell::RefCell, rc::Rc, time::Instant};
 
 /// Cells of a block.
@@ -181,12 +182,45 @@ impl Body {
         let mut forces = constraints.to_frames(&self.loads.external_at(&self.loads.factors), dim);
         state.rest.zone_unknowns().iter().for_each(|&i| forces[i] = 0.0);
         let prescribed = prescribed_at(&state.prescribed, &self.loads.factors, u.len());
-        for (i, f) in state.rest.on_edge(&constraints.to_frames(u, dim)) {
+        for (i, f) in state.rest.on_edge(&constraints.to_frames(&self.held_at_fixings(u), dim)) {
             forces[i] = f - state.thermal[i] - prescribed[i];
         }
         let (held, _) = self.model.held();
         held.into_iter().for_each(|i| forces[i] = 0.0);
         constraints.from_frames(&forces, dim)
+    }
+}
+
+impl Body {
+    /// Displacements at the owned nodes without the part of the free motions, m: as the stiffness matrix knows them, in which fixings
+    /// hold these. A body on one rank.
+    fn held_at_fixings(&self, u: &[f64]) -> Vec<f64> {
+        let (part, dim, n) = (&self.part, self.part.dim, self.free.modes.len());
+        let mut held = u.to_vec();
+        if n == 0 {
+            return held;
+        }
+        let fixed: Vec<(usize, [f64; 3])> = std::iter::zip(self.fixed_nodes(), self.fixings.iter())
+            .map(|(node, fixing)| (node, fixing.direction))
+            .collect();
+        let along = |d: &[f64; 3], v: &[f64]| std::iter::zip(&d[..dim], v).map(|(d, v)| d * v).sum::<f64>();
+        let modes = DMatrix::from_fn(fixed.len(), n, |i, k| {
+            let (node, d) = &fixed[i];
+            let mode = self.free.at(k, part.original[*node], &part.points[*node]);
+            along(d, &mode[..dim])
+        });
+        let moved = DVector::from_iterator(
+            fixed.len(),
+            fixed.iter().map(|(node, d)| along(d, &u[node * dim..][..dim])),
+        );
+        let Some(alpha) = modes.lu().solve(&moved) else { return held };
+        for (node, u) in held.chunks_exact_mut(dim).enumerate() {
+            for (k, alpha) in alpha.iter().enumerate() {
+                let mode = self.free.at(k, part.original[node], &part.points[node]);
+                std::iter::zip(&mut *u, mode).for_each(|(u, m)| *u -= alpha * m);
+            }
+        }
+        held
     }
 }
 
