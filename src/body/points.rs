@@ -211,6 +211,16 @@ impl Body {
         self.zone.as_ref().filter(|_| self.zone_acts).and_then(Zone::cells)
     }
 
+    /// Owned nodes at which a body is fixed in the stiffness matrix, while its zone alone is iterated: what its condensed rest does
+    /// there is not known, and nothing is missing there if nothing is elsewhere.
+    fn unseen(&self) -> Vec<usize> {
+        if self.iterated().is_none() {
+            return Vec::new();
+        }
+        let own = &self.part.original[..self.part.n_owned];
+        self.fixings.iter().filter_map(|fixing| own.iter().position(|node| *node == fixing.node)).collect()
+    }
+
     /// Takes the laws for elastic ones with the plastic strains of the accepted state: the way an increment begins.
     pub fn start_elastic(&mut self) {
         let Some(points) = &mut self.points else { return };
@@ -348,8 +358,12 @@ impl Body {
         let settled = points.settled && !self.iterated().is_some_and(is_outside);
         let mut sums = Unbalanced { settled, ..Unbalanced::default() };
         let square = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
+        let unseen = self.unseen();
         for i in 0..self.part.n_owned {
-            let [residual, reaction] = self.missing(i, [&points.internal, &external, contact]);
+            let [mut residual, reaction] = self.missing(i, [&points.internal, &external, contact]);
+            if unseen.contains(&i) {
+                residual = [0.0; 3];
+            }
             sums.squares[0] += square(&residual);
             sums.squares[1] += square(&reaction);
             let of_node = i * dim..(i + 1) * dim;
