@@ -25,6 +25,7 @@ mod recovery;
 mod region;
 mod response;
 mod rigid;
+mod rounding;
 mod row_values;
 mod soft;
 mod solver;

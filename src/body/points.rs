@@ -9,7 +9,7 @@ use super::{
     hanging::Hanging,
     laws::Law,
     load::Part,
-    recovery::rounded,
+    rounding::rounded,
     system::System,
     zone::Zone,
 };
@@ -25,8 +25,8 @@ use crate::{
 use mpi::topology::SimpleCommunicator;
 use std::{cell::RefCell, rc::Rc};
 
-/// Share of the forces that would hold plastic strains back, as far as stresses can, by which those that are missing are measured: little where loads act,
-/// and far above what round-off leaves where none do.
+/// Share of the forces that would hold plastic strains back, as far as stresses can, by which those that are missing are measured:
+/// little where loads act, and far above what round-off leaves where none do.
 const HELD: f64 = 0.01;
 
 /// All cells of the part, own and halo, one after the other.

@@ -1,12 +1,12 @@
 //! Strains, stresses and the balance of forces from the displacements.
-use super::{Body, assembly, hanging::Hanging, laws::Law, points::in_plane};
+use super::{Body, assembly, hanging::Hanging, laws::Law, points::in_plane, rounding::rounded};
 use crate::{
     contact::vector::dot,
     element::{ElementKind, MAX_NODES, PointGeometry, PointLaw, QuadraturePoint, SolidElement},
     error::Result,
     material::PointState,
     mesh::Cell,
-    vector::{larger, largest},
+    vector::larger,
 };
 
 /// Tensors are (xx, yy, zz, xy, yz, xz).
@@ -482,14 +482,6 @@ impl Body {
             (0..3).for_each(|c| balance.reaction[c] += reaction[c]);
         }
     }
-}
-
-/// What the unit round-off of the displacements `u` of a cell of `n` nodes makes of the forces of its stresses, N: eps |u| times its
-/// stiffness, by that of the material against a strain times the thickness, N/m.
-pub(super) fn rounded(geometry: &[PointGeometry], n: usize, stiffness: f64, u: &[f64]) -> f64 {
-    // The trace of a stiffness, of which a node has its share.
-    let of_point = |g: &PointGeometry| g.area * g.gradient[..n].iter().map(|d| dot(d, d)).sum::<f64>();
-    f64::EPSILON * stiffness * geometry.iter().map(of_point).sum::<f64>() * largest(u)
 }
 
 fn vector(values: &[f64], node: usize, dim: usize) -> [f64; 3] {
