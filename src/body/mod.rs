@@ -17,6 +17,7 @@ mod laws;
 mod load;
 mod loading;
 mod motion;
+mod newton;
 mod observed;
 mod options;
 mod parts;
@@ -32,6 +33,7 @@ mod solver;
 mod system;
 mod temperature;
 mod zone;
+mod zoned;
 
 pub use build::AssembledBody;
 pub use condensed::Condensed;

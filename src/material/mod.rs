@@ -6,6 +6,7 @@ mod plane;
 mod plastic;
 mod return_mapping;
 mod root;
+mod state;
 mod tensor;
 
 #[cfg(test)]
@@ -13,4 +14,5 @@ mod plastic_tests;
 
 pub use linear_elastic::{LinearElastic, von_mises};
 pub use parameters::{Analysis, Hardening, Kinematic, MaterialCase, Plasticity, Property, Theory};
-pub use plastic::{ElastoPlastic, PointResponse, PointState, Tangent};
+pub use plastic::ElastoPlastic;
+pub use state::{PointResponse, PointState, Tangent};

@@ -2,7 +2,7 @@
 use super::return_mapping::{ReturnMapping, Returned, Stiffness};
 use super::root::{Sample, root};
 use super::tensor::{Tensor, add, add_mean, scaled};
-use super::{PointState, linear_elastic::Parameters};
+use super::{linear_elastic::Parameters, state::PointState};
 
 /// The plane's components.
 const PLANE: [usize; 3] = [0, 1, 3];

@@ -1,8 +1,9 @@
 //! A load step: from the bodies' answers on the contact rows to forces, gaps and verdict.
 use super::{
     contacts::Contacts,
+    engine::{Clock, Engine, Nodal},
     found::Found,
-    neutral::{self, Neutral},
+    neutral,
     newton::{Newton, Progress},
     place::{Damping, Place, rigid_factor, rigid_factors},
     rows::rigid_motion,
@@ -43,20 +44,6 @@ const SELDOM_BELOW: f64 = 1e-8;
 /// Turning of a surface in contact, rad, from which a user is told that the initial geometry does not hold.
 const TURNED: f64 = 0.05;
 
-/// The bodies of this rank's group with their factorisations, and the contact rows as its first rank holds them. What it
-/// keeps between steps can be made again from a state: operators, and the contact rows of the last geometry.
-pub(crate) struct Engine {
-    pub(super) bodies: Vec<Body>,
-    pub(super) responses: Vec<Response>,
-    contacts: Option<Contacts>,
-    modes: Modes,
-    /// Motions of this rank's bodies along their own surfaces.
-    neutral: Vec<Neutral>,
-    /// The geometry that the rows are of; `None`: not known.
-    rows_at: Option<Place>,
-    pub clock: Clock,
-}
-
 /// What a step makes: the next state, if `found.reason` is a solution, what was found on the way, and the contact
 /// nodal forces at the owned nodes of each body, N.
 pub(crate) struct Advanced {
@@ -65,26 +52,6 @@ pub(crate) struct Advanced {
     pub contact: Vec<Vec<f64>>,
     /// What decides the peak pressures of the pairs; none where the driver does not tell.
     pub influences: Vec<(Influence, Nodal)>,
-}
-
-/// Seconds that this rank has spent, waiting for others included.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Clock {
-    /// Search and transfer.
-    pub search: f64,
-    /// From the assembled matrices to the bodies' answers on the contact rows.
-    pub factorise: f64,
-    /// Load steps: the driver, then the displacements of the whole bodies.
-    pub step: f64,
-    /// Of these the displacements.
-    pub recover: f64,
-}
-
-/// What a step leaves for each body: contact nodal forces and displacements at the owned nodes.
-#[derive(Default)]
-pub(crate) struct Nodal {
-    pub contact: Vec<Vec<f64>>,
-    pub displacement: Vec<Vec<f64>>,
 }
 
 /// How soft a mode has to be to join the coarse space: in a chain of bodies, where it carries over what happens at one

@@ -1,6 +1,7 @@
 //! Along the load path.
 use super::{
-    advance::{Advanced, Engine},
+    advance::Advanced,
+    engine::Engine,
     found::Found,
     state::State,
     task::{Scene, Target},

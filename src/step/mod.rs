@@ -2,6 +2,7 @@
 //! one of it and never changes it, and `march` goes along the path, in increments that are halved where one fails.
 mod advance;
 mod contacts;
+mod engine;
 mod found;
 mod influence;
 mod known;
@@ -17,8 +18,9 @@ mod task;
 mod text;
 mod way;
 
-pub(crate) use advance::{Advanced, Engine, Nodal};
+pub(crate) use advance::Advanced;
 pub(crate) use contacts::Contacts;
+pub(crate) use engine::{Engine, Nodal};
 pub(crate) use found::{EndFound, Found};
 pub(crate) use march::{Accepted, End, march};
 pub use state::{BodyState, Energy, NodeState, PairState, State};

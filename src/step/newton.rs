@@ -1,7 +1,7 @@
 //! Newton's iteration for bodies that yield: each iteration takes them for the linear ones that they are close to its displacements,
 //! and solves their contact to the end.
 use super::{
-    advance::{Engine, Nodal},
+    engine::{Engine, Nodal},
     state::State,
     task::{Scene, Solution, Target},
 };

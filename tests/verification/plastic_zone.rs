@@ -31,14 +31,14 @@ fn heated(zone: &str) -> String {
     };
     let lower = body(
         "lower",
-        (0.0, 0.02, 10),
-        26,
+        (0.0, 0.02, 16),
+        44,
         "support = [{ surface = \"left\", x = 0 }, { surface = \"bottom\", y = 0 }]",
     );
     let upper = body(
         "upper",
-        (0.02, 0.04, 11),
-        23,
+        (0.02, 0.04, 17),
+        41,
         "support = [{ surface = \"left\", x = 0 }]\nload = [{ surface = \"top\", pressure = 1e8 }]",
     );
     format!(
