@@ -170,7 +170,7 @@ fn plasticity(rows: &[Value]) -> Option<String> {
     let shares = |r: &&Value| Some(100.0 * number(r, "plastic_fraction")?);
     let ends = [(whole.first()?, zone.first()?), (whole.last()?, zone.last()?)];
     Some(format!(
-        "- a disc pressed into a block, both of which yield, {} unknowns, ten steps, takes kontakt {:.0} times less CPU time than GetFEM and {:.0} times less\n  \
+        "- a disc pressed into a block, both of which yield, {} unknowns, ten steps, takes kontakt {:.1} times less CPU time than GetFEM and {:.1} times less\n  \
          than CalculiX; its plastic zone alone saves {:.1} times where {:.0} % of the elements yield, {:.1} times at {:.0} %: [plasticity](docs/benchmarks/plasticity.md)",
         round(dofs),
         at(&others[0])? / own,
