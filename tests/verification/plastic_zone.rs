@@ -74,7 +74,7 @@ fn a_zone_and_the_whole_agree() {
             assert!((a - b).abs() <= 1e-10 * a.abs(), "{a:e} {b:e}");
         }
         let shares = |summary: &Value| -> Vec<f64> {
-            let bodies = summary["plasticity"]["bodies"].as_array().expect("bodies").iter();
+            let bodies = summary["steps"][0]["plasticity"]["bodies"].as_array().expect("bodies").iter();
             bodies.map(|body| body["zone_fraction"].as_f64().expect("a number")).collect()
         };
         assert!(shares(&whole).iter().all(|share| *share == 1.0));
