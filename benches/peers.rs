@@ -15,33 +15,22 @@ use common::{
 };
 use kontakt::{Error, Result};
 use plotters::chart::SeriesLabelPosition;
-use programs::{Comparison, Program, Row, calculix, compare, decks::Pair, getfem};
+use programs::{Comparison, Contender, Program, Row, calculix, compare, decks::Pair, getfem};
 use std::{path::Path, process::Command};
 
 /// About how many unknowns are wanted, and how often each program runs.
 const SIZES: [(f64, usize); 4] = [(5e3, 5), (20e3, 5), (77e3, 3), (308e3, 2)];
 
-/// The programs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Contender {
-    Kontakt,
-    GetFem,
-    CalculiX,
-}
 use Contender::*;
 
 impl Program for Contender {
-    const ALL: &'static [Contender] = &[Kontakt, GetFem, CalculiX];
+    const ALL: &'static [Contender] = Contender::EACH;
 
     /// Relative error.
     type Found = f64;
 
     fn name(self) -> &'static str {
-        match self {
-            Kontakt => "kontakt",
-            GetFem => "GetFEM",
-            CalculiX => "CalculiX",
-        }
+        self.called()
     }
 
     fn scene(dofs: f64) -> Result<Pair> {
@@ -49,11 +38,7 @@ impl Program for Contender {
     }
 
     fn prepare(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<()> {
-        match self {
-            Kontakt => Ok(()),
-            GetFem => getfem::prepare(pair, directory),
-            CalculiX => calculix::prepare(pair, dofs, directory),
-        }
+        self.write_deck(pair, dofs, directory)
     }
 
     fn command(self, pair: &Pair, dofs: f64, directory: &Path) -> Command {

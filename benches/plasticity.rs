@@ -16,7 +16,7 @@ use common::{
 use kontakt::{Error, Result, case};
 use plotters::chart::SeriesLabelPosition;
 use programs::{
-    Comparison, Program, Row, calculix, compare,
+    Comparison, Contender, Program, Row, calculix, compare,
     decks::{Pair, YIELD},
     getfem,
 };
@@ -44,13 +44,6 @@ const AGAINST_OTHERS: f64 = 8.0;
 const ZONE_GAINS: [f64; 2] = [2.5, 2.0];
 const DEARER: f64 = 0.05;
 
-/// The programs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Contender {
-    Kontakt,
-    GetFem,
-    CalculiX,
-}
 use Contender::*;
 
 /// kontakt: what stays elastic is condensed or not, at a depth.
@@ -69,7 +62,7 @@ enum Zone {
 
 /// What a run has found.
 #[derive(Debug, Clone, Copy, Default)]
-struct Found {
+pub struct Found {
     /// Of the contact at the end, N.
     force: f64,
     /// Factorisations and Newton iterations of all steps.
@@ -86,16 +79,12 @@ fn scene(dofs: f64) -> Result<Pair> {
 }
 
 impl Program for Contender {
-    const ALL: &'static [Contender] = &[Kontakt, GetFem, CalculiX];
+    const ALL: &'static [Contender] = Contender::EACH;
 
     type Found = Found;
 
     fn name(self) -> &'static str {
-        match self {
-            Kontakt => "kontakt",
-            GetFem => "GetFEM",
-            CalculiX => "CalculiX",
-        }
+        self.called()
     }
 
     fn scene(dofs: f64) -> Result<Pair> {
@@ -103,11 +92,7 @@ impl Program for Contender {
     }
 
     fn prepare(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<()> {
-        match self {
-            Kontakt => Ok(()),
-            GetFem => getfem::prepare(pair, directory),
-            CalculiX => calculix::prepare(pair, dofs, directory),
-        }
+        self.write_deck(pair, dofs, directory)
     }
 
     fn command(self, pair: &Pair, dofs: f64, directory: &Path) -> Command {

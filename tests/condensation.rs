@@ -2,15 +2,11 @@
 
 use kontakt::{
     error::Error,
-    petsc::{Matrix, Rest, SchurFactor, Session, ZoneFactor},
+    petsc::{Matrix, Rest, SchurFactor, ZoneFactor},
 };
 use mpi::{topology::SimpleCommunicator, traits::*};
 use ranks::on_ranks;
-use std::{
-    collections::HashSet,
-    rc::Rc,
-    time::{Duration, Instant},
-};
+use std::{collections::HashSet, rc::Rc};
 
 mod common;
 #[path = "common/ranks.rs"]
@@ -350,66 +346,4 @@ fn indefinite_zones_are_errors() {
 #[test]
 fn a_factor_is_renewed() {
     on_ranks("a_factor_is_renewed", &[1, 2, 3], renewed_is_new);
-}
-
-/// Best of three.
-fn timed<T>(mut work: impl FnMut() -> T) -> (T, f64) {
-    let mut best = (None, Duration::MAX);
-    for _ in 0..3 {
-        let start = Instant::now();
-        let result = work();
-        best = (Some(result), best.1.min(start.elapsed()));
-    }
-    (best.0.unwrap(), best.1.as_secs_f64() * 1e3)
-}
-
-/// To be run alone, for its figures: times of whole and zone, in ms.
-#[test]
-#[ignore = "a measurement"]
-fn measure() {
-    let universe = mpi::initialize().unwrap();
-    let session = Session::start().unwrap();
-    let group = universe.world().duplicate();
-    let nodes = [195, 195];
-    for share in [0.02, 0.05, 0.1, 0.2, 0.3] {
-        // Twice as wide as deep, under the middle of the top.
-        let depth = ((share / 2.0_f64).sqrt() * 194.0).round() as usize;
-        let is_zone = |c: &[usize; 2]| c[1] >= 194 - depth && (97 - depth..97 + depth).contains(&c[0]);
-        let interface = top(&Grid::new(nodes), 52, 142);
-        let case = Case::new(Grid::new(nodes), interface, is_zone, true);
-        let stiffness = vec![1.0; case.zone.len()];
-        if share == 0.02 {
-            let a = case.matrix(&group, &stiffness);
-            let ((mut whole, _), first) =
-                timed(|| SchurFactor::renewable(&group, &a, &case.interface, "").unwrap());
-            let (_, once) = timed(|| SchurFactor::new(&group, &a, &case.interface, "").unwrap());
-            let (_, again) = timed(|| whole.refactorise(&group, &a).unwrap());
-            let b = Random(1).vector(case.grid.n());
-            let (x_b, reduce) = timed(|| whole.reduce(&group, &b).unwrap());
-            let (_, both) = timed(|| whole.expand(&group, &b, &x_b).unwrap());
-            println!(
-                "whole: once {once:.1}, renewable {first:.1}, refactorised {again:.1}; reduce {reduce:.1}, reduce and expand {both:.1}"
-            );
-        }
-        let (rest, build) = timed(|| Rc::new(case.rest(&group).unwrap()));
-        let triples = case.zone_triples(&stiffness, true);
-        let ((mut zone, _), first) =
-            timed(|| ZoneFactor::new(&group, rest.clone(), triples.parts()).unwrap());
-        let (_, again) = timed(|| zone.refactorise(&group, &triples.values).unwrap());
-        let b = Random(1).vector(case.grid.n());
-        let start = Instant::now();
-        zone.reduce(&group, &b).unwrap();
-        let both = start.elapsed().as_secs_f64() * 1e3;
-        let (x_b, reduce) = timed(|| zone.reduce(&group, &b).unwrap());
-        let (_, part) = timed(|| zone.expand_zone(&group, &b, &x_b).unwrap());
-        let (_, all) = timed(|| zone.expand(&group, &b, &x_b).unwrap());
-        println!(
-            "zone {:.0} %, {} unknowns, edge {}: rest {build:.1}; zone first {first:.1}, refactorised {again:.1}; reduce with rest {both:.1}, without {reduce:.1}; expand zone {part:.1}, all {all:.1}",
-            share * 100.0,
-            rest.zone_unknowns().len(),
-            rest.n_edge()
-        );
-    }
-    drop(group);
-    drop(session);
 }

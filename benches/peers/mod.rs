@@ -46,6 +46,36 @@ pub trait Program: Copy + PartialEq + 'static {
     }
 }
 
+/// The programs, each once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Contender {
+    Kontakt,
+    GetFem,
+    CalculiX,
+}
+
+impl Contender {
+    pub const EACH: &'static [Contender] = &[Contender::Kontakt, Contender::GetFem, Contender::CalculiX];
+
+    /// What it is called.
+    pub fn called(self) -> &'static str {
+        match self {
+            Contender::Kontakt => "kontakt",
+            Contender::GetFem => "GetFEM",
+            Contender::CalculiX => "CalculiX",
+        }
+    }
+
+    /// Writes its deck, if it has one.
+    pub fn write_deck(self, pair: &Pair, dofs: f64, directory: &Path) -> Result<()> {
+        match self {
+            Contender::Kontakt => Ok(()),
+            Contender::GetFem => getfem::prepare(pair, directory),
+            Contender::CalculiX => calculix::prepare(pair, dofs, directory),
+        }
+    }
+}
+
 /// A program at a size: the cheapest of its runs.
 pub struct Row<P: Program> {
     pub program: P,

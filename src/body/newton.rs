@@ -39,9 +39,9 @@ impl Body {
         }
     }
 
-    /// The states of the points of all cells of the part at the displacements of this iteration.
-    pub fn point_states(&self) -> &[PointState] {
-        self.points.as_ref().map_or(&[], |points| &points.current)
+    /// The states of the points of all cells of the part at the displacements of this iteration, and where those of each cell end.
+    pub fn point_states(&self) -> (&[PointState], &[u32]) {
+        self.points.as_ref().map_or((&[], &[]), |points| (&points.current, &points.ends))
     }
 
     /// Share of the cells that iterations factorise: of a body of which nothing has yielded, all.

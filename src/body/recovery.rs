@@ -120,33 +120,27 @@ pub struct CellLaws<'b> {
     cell: &'b Cell,
     temperature: Option<&'b [f64]>,
     /// Plastic strains at its nodes.
-    plastic: Option<[Tensor; MAX_NODES]>,
+    plastic: Option<Box<[Tensor; MAX_NODES]>>,
 }
 
 impl CellLaws<'_> {
     /// Given the shape functions at a point.
     pub fn at(&self, shape: &[f64]) -> PointLaw {
         let temperature = assembly::temperature_at(self.temperature, self.cell, shape);
-        let Some(nodal) = &self.plastic else { return self.law.elastic.law(temperature) };
+        let Some(nodal) = self.plastic.as_deref() else { return self.law.elastic.law(temperature) };
         let strain = |c: usize| std::iter::zip(shape, nodal).map(|(n, strain)| n * strain[c]).sum();
         let state = PointState { plastic_strain: std::array::from_fn(strain), ..PointState::default() };
         self.law.frozen(&state, temperature)
     }
 }
 
-/// Sums of what a body has yielded.
-struct PlasticSums {
-    fields: PlasticFields,
-}
-
-impl PlasticSums {
-    fn new(n_local: usize) -> PlasticSums {
-        let fields = PlasticFields {
+impl PlasticFields {
+    fn new(n_local: usize) -> PlasticFields {
+        PlasticFields {
             strain: vec![[0.0; 6]; n_local],
             equivalent: vec![0.0; n_local],
             ..PlasticFields::default()
-        };
-        PlasticSums { fields }
+        }
     }
 
     /// Adds a cell's values at its nodes.
@@ -162,42 +156,40 @@ impl PlasticSums {
         element.to_nodes(&at_points, &mut values[..cell.kind.n_nodes()]);
         for (value, &node) in values.iter().zip(cell.nodes()) {
             let node = node as usize;
-            if node < self.fields.equivalent.len() {
-                (0..6).for_each(|c| self.fields.strain[node][c] += value[c]);
-                self.fields.equivalent[node] += larger(value[6], 0.0);
+            if node < self.equivalent.len() {
+                (0..6).for_each(|c| self.strain[node][c] += value[c]);
+                self.equivalent[node] += larger(value[6], 0.0);
             }
         }
     }
 
     /// Adds an own cell; its plastic work, J. `yields`: the share of its points at which plastic strain grows.
     fn add_own(&mut self, states: &[PointState], volumes: &[f64], yields: f64) -> f64 {
-        let fields = &mut self.fields;
         let volume: f64 = volumes.iter().sum();
         let mean = |of: &dyn Fn(&PointState) -> f64| {
             std::iter::zip(states, volumes).map(|(state, v)| v * of(state)).sum::<f64>() / volume
         };
-        fields.cell_strain.push(std::array::from_fn(|c| mean(&|state| state.plastic_strain[c])));
-        fields.cell_equivalent.push(mean(&|state| state.equivalent));
+        self.cell_strain.push(std::array::from_fn(|c| mean(&|state| state.plastic_strain[c])));
+        self.cell_equivalent.push(mean(&|state| state.equivalent));
         let work = mean(&|state| state.work);
-        fields.cell_work.push(work);
-        fields.cell_yields.push(yields);
+        self.cell_work.push(work);
+        self.cell_yields.push(yields);
         for (state, v) in std::iter::zip(states, volumes) {
-            fields.largest = larger(fields.largest, state.equivalent);
-            fields.volume[0] += if state.equivalent > 0.0 { *v } else { 0.0 };
+            self.largest = larger(self.largest, state.equivalent);
+            self.volume[0] += if state.equivalent > 0.0 { *v } else { 0.0 };
         }
-        fields.volume[1] += volume;
+        self.volume[1] += volume;
         work * volume
     }
 
-    /// `count`: cells at each node.
-    fn finish(mut self, count: &[u32]) -> PlasticFields {
-        let at_nodes = self.fields.strain.iter_mut().zip(&mut self.fields.equivalent);
+    /// Sums at the nodes to means; `count`: cells at each node.
+    fn average(&mut self, count: &[u32]) {
+        let at_nodes = self.strain.iter_mut().zip(&mut self.equivalent);
         for ((strain, equivalent), n) in at_nodes.zip(count) {
             let share = 1.0 / f64::from((*n).max(1));
             strain.iter_mut().for_each(|e| *e *= share);
             *equivalent *= share;
         }
-        self.fields
     }
 }
 
@@ -227,7 +219,7 @@ impl Body {
         let mut work = Workspace::default();
         let modulus = self.model.laws.plane_modulus();
         let stiffness = self.model.laws.stiffness() * self.model.thickness;
-        let mut plastic = self.points.as_ref().map(|_| PlasticSums::new(part.n_local));
+        let mut plastic = self.points.as_ref().map(|_| PlasticFields::new(part.n_local));
         let mut rounding = vec![0.0; part.points.len()];
         for (i, cell) in part.cells.iter().enumerate() {
             self.recover_cell(i, cell, u, others, &mut work)?;
@@ -261,15 +253,13 @@ impl Body {
                     *count += 1;
                 }
             }
-            if let Some(sums) = &mut plastic {
-                let points = self.points.as_ref();
-                let (states, _) = points.map(|points| points.states(i)).unwrap_or_default();
-                let yields = points.map_or(0.0, |points| points.share_yielding(i));
-                sums.add(element, cell, states);
+            if let (Some(plastic), Some(points)) = (&mut plastic, &self.points) {
+                let (states, _) = points.states(i);
+                plastic.add(element, cell, states);
                 if i < part.n_own_cells {
                     let volume = |g: &PointGeometry| g.area * self.model.thickness;
                     let volumes: Vec<f64> = work.geometry.iter().map(volume).collect();
-                    balance.plastic += sums.add_own(states, &volumes, yields);
+                    balance.plastic += plastic.add_own(states, &volumes, points.share_yielding(i));
                 }
             }
             let law = self.model.laws.of(cell);
@@ -291,7 +281,8 @@ impl Body {
                 }
             }
         }
-        fields.plastic = plastic.map(|sums| sums.finish(&count));
+        plastic.iter_mut().for_each(|plastic| plastic.average(&count));
+        fields.plastic = plastic;
         for (i, n) in count.into_iter().enumerate() {
             let share = 1.0 / f64::from(n.max(1));
             fields.stress[i].iter_mut().chain(&mut fields.strain[i]).for_each(|v| *v *= share);
@@ -430,7 +421,7 @@ impl Body {
             let strains: Vec<Tensor> = points.states(index).0.iter().map(|s| s.plastic_strain).collect();
             let mut at_nodes = [[0.0; 6]; MAX_NODES];
             self.element(cell.kind).to_nodes(&strains, &mut at_nodes[..cell.kind.n_nodes()]);
-            at_nodes
+            Box::new(at_nodes)
         });
         let temperature = self.temperature.as_ref().map(|t| &t[..]);
         CellLaws { law: self.model.laws.of(cell), cell, temperature, plastic }

@@ -98,10 +98,9 @@ impl System {
         cost: &SharedCost,
     ) -> Result<System> {
         let failed = |e: Error| match e {
-            Error::Internal(text) => Error::internal(format!(
-                "body '{}': the stiffness matrix cannot be factorised: {text}",
-                setting.body
-            )),
+            Error::Internal(_) | Error::Indefinite(_) => e.map(|text| {
+                format!("body '{}': the stiffness matrix cannot be factorised: {text}", setting.body)
+            }),
             other => setting.of_body(other),
         };
         let _stage = Stage::Factor.enter();
@@ -391,9 +390,9 @@ fn factor_interface(s: Symmetric, split: Option<&Split>) -> Result<(Cholesky, So
         None => s.into_cholesky(0.0)?.map(|factor| (factor, SoftModes::default())),
     };
     factor.ok_or_else(|| {
-        Error::internal(
+        Error::Indefinite(
             "the Schur complement of the interface is not positive definite: a piece of the mesh is not held, or the body \
-             is so thin for its length that its bending is lost in the round-off of its other stiffnesses",
+             is so thin for its length that its bending is lost in the round-off of its other stiffnesses".into(),
         )
     })
 }

@@ -29,7 +29,9 @@ pub(super) struct Zone {
 pub(super) struct Condensed {
     /// Of each cell: whether it is in the zone.
     pub is_in: Vec<bool>,
-    pub share: f64,
+    /// Held unknowns, and those among them that the rest does not touch.
+    pub held: Vec<usize>,
+    pub of_zone: Vec<usize>,
     pub rest: Rc<Rest>,
     /// Forces at the owned nodes of the rest's cells, N, held unknowns with the diagonal.
     pub thermal: Vec<f64>,
@@ -57,7 +59,7 @@ impl Zone {
 
     /// Share of the cells that iterations factorise.
     pub fn share(&self) -> f64 {
-        self.state.as_ref().map_or(1.0, |state| state.share)
+        self.cells().map_or(1.0, share_of)
     }
 
     /// The cells of the zone, while there is one.
@@ -92,7 +94,8 @@ impl Zone {
     }
 }
 
-pub(super) fn share_of(is_in: &[bool]) -> f64 {
+/// Share of the cells that are in.
+fn share_of(is_in: &[bool]) -> f64 {
     is_in.iter().filter(|is_in| **is_in).count() as f64 / is_in.len() as f64
 }
 

@@ -5,7 +5,7 @@ use super::{
     hanging::Hanging,
     load::{LoadFactors, Part, scaled},
     points::Points,
-    zone::{Condensed, share_of},
+    zone::Condensed,
 };
 use crate::{
     error::Result,
@@ -51,16 +51,10 @@ impl Body {
         }
         let Share { entries, mut thermal, mut prescribed } =
             model.share(temperature, points, |c| state.is_in[c], group)?;
-        let (rows, columns, mut values) = entries.into_triples();
-        // Held unknowns that the rest does not have.
-        let (held, _) = model.held();
-        let in_rest = touched(&self.part, |c| !state.is_in[c]);
-        let (mut rows, mut columns) = (rows, columns);
-        for i in held.into_iter().filter(|&i| !in_rest[i]) {
-            rows.push(i as i32);
-            columns.push(i as i32);
-            values.push(state.diagonal);
-        }
+        let (mut rows, mut columns, mut values) = entries.into_triples();
+        rows.extend(state.of_zone.iter().map(|&i| i as i32));
+        columns.extend(state.of_zone.iter().map(|&i| i as i32));
+        values.extend(state.of_zone.iter().map(|_| state.diagonal));
         std::iter::zip(&mut thermal, &state.thermal).for_each(|(sum, f)| *sum += f);
         for (sum, part) in std::iter::zip(&mut prescribed, &state.prescribed) {
             std::iter::zip(&mut sum.forces, &part.forces).for_each(|(sum, f)| *sum += f);
@@ -101,13 +95,10 @@ impl Body {
         for (i, f) in state.rest.on_edge(&constraints.to_frames(&self.held_at_fixings(u), dim)) {
             forces[i] = f - state.thermal[i] - prescribed[i];
         }
-        let (held, _) = self.model.held();
-        held.into_iter().for_each(|i| forces[i] = 0.0);
+        state.held.iter().for_each(|&i| forces[i] = 0.0);
         constraints.from_frames(&forces, dim)
     }
-}
 
-impl Body {
     /// Displacements at the owned nodes without the part of the free motions, m: as the stiffness matrix knows them, in which fixings
     /// hold these. A body on one rank.
     fn held_at_fixings(&self, u: &[f64]) -> Vec<f64> {
@@ -169,8 +160,18 @@ fn condense(
     let interface: Vec<i32> = interface.iter().map(|&i| i as i32).collect();
     let n = model.part.n_owned * model.part.dim;
     let rest = Rest::new(group, n, (&rows, &columns, &values), &interface, &in_zone, prefix)?;
-    let share = share_of(&is_in);
-    Ok(Condensed { is_in, share, rest: Rc::new(rest), thermal, prescribed, diagonal, heated, factor: None })
+    let of_zone = held.iter().copied().filter(|&i| !in_rest[i]).collect();
+    Ok(Condensed {
+        is_in,
+        held,
+        of_zone,
+        rest: Rc::new(rest),
+        thermal,
+        prescribed,
+        diagonal,
+        heated,
+        factor: None,
+    })
 }
 
 /// Unknowns that chosen cells touch, those of the masters of their slaves included.

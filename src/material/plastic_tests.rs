@@ -457,32 +457,3 @@ fn round_off_on_the_yield_surface_is_elastic() {
         }
     }
 }
-
-/// Of this thread, s; nought where the system does not tell.
-fn processor_time() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.) * 1e-9
-}
-
-/// Not a test of speed, which a shared machine cannot keep: `cargo test --release material -- --ignored --nocapture`.
-#[test]
-#[ignore]
-fn time_of_a_point() {
-    for analysis in BOTH {
-        for (name, hardening) in
-            ["linear", "over T", "table", "Ramberg-Osgood", "Swift"].into_iter().zip(hardenings())
-        {
-            let law = law(hardening, None, analysis);
-            let mut random = Random(1);
-            let strains: Vec<_> = (0..1000).map(|_| random.strain(6e-3)).collect();
-            let begin = processor_time();
-            let mut sum = 0.;
-            for _ in 0..100 {
-                for strain in &strains {
-                    sum += law.respond(*strain, &VIRGIN, None, Tangent::Consistent).law.h[0][0];
-                }
-            }
-            println!("{analysis:?} {name}: {:.3} us ({sum:.1e})", (processor_time() - begin) * 10.);
-        }
-    }
-}

@@ -164,7 +164,7 @@ impl Engine {
         let mut decisive = Vec::new();
         let mut damping = Damping::default();
         let mut newton = case.has_plasticity().then(|| self.begin(scene, from)).transpose()?;
-        let (mut update, mut residuals) = (0, Vec::new());
+        let mut updates = 0;
         loop {
             if updated {
                 self.follow(scene, &place)?;
@@ -189,24 +189,16 @@ impl Engine {
             end = self.recover(plan, &solution, accuracy)?;
             self.clock.recover += recovering.elapsed().as_secs_f64();
             let mut balanced = true;
-            if let Some(iterations) = &mut newton {
+            if let Some(iterations) = newton.as_mut().filter(|_| found.reason.converged()) {
                 iterations.as_accurate_as(found.tolerance);
-                let progress = match found.reason.converged() {
-                    true => self.iterate(iterations, plan, &solution, &mut end)?,
-                    false => Progress::Failed(String::new()),
-                };
-                residuals = iterations.residuals.clone();
                 found.iterations += 1;
-                balanced = matches!(progress, Progress::Solved);
-                if let Progress::Failed(why) = progress {
-                    if found.reason.converged() {
+                match self.iterate(iterations, plan, &solution, &mut end)? {
+                    Progress::Solved => {}
+                    Progress::Goes => balanced = false,
+                    Progress::Failed(why) => {
                         found.reason = Reason::NoEquilibrium;
                         found.diagnosis.push(why);
                     }
-                    end = self.recover(plan, &solution, Accuracy::Refined)?;
-                    self.bring_to(plan, &end.displacement)?;
-                    (warm, decisive) = (solution.pairs, Vec::new());
-                    break;
                 }
             }
             warm = solution.pairs;
@@ -239,8 +231,8 @@ impl Engine {
             if balanced && moved <= larger(larger(found.tolerance, SETTLED), accuracy) {
                 break;
             }
-            update += 1;
-            if update > GEOMETRY_UPDATES {
+            updates += usize::from(balanced);
+            if updates > GEOMETRY_UPDATES {
                 found.reason = Reason::Stalled;
                 found.diagnosis.push(format!(
                     "after {GEOMETRY_UPDATES} damped updates of normals and gaps the surfaces still move by {moved:.1e} of their \
@@ -249,7 +241,14 @@ impl Engine {
                 break;
             }
         }
-        found.residuals = residuals;
+        if let Some(iterations) = newton {
+            if !found.reason.converged() {
+                end = iterations.whole;
+                self.bring_to(plan, &end.displacement)?;
+                decisive.clear();
+            }
+            found.residuals = iterations.residuals;
+        }
         let influences = decisive
             .into_iter()
             .map(|(influence, solution)| Ok((influence, self.recover(plan, &solution, Accuracy::AsSolved)?)))
@@ -360,12 +359,16 @@ impl Engine {
         energy: Energy,
     ) -> State {
         let bodies = std::iter::zip(&self.bodies, displacement).zip(plan.groups.bodies());
-        let bodies = bodies.map(|((body, displacement), &index)| BodyState {
-            body: index,
-            nodes: body.part.original[..body.part.n_owned].to_vec(),
-            displacement,
-            cells: if body.yields() { body.part.original_cells.clone() } else { Vec::new() },
-            points: body.point_states().to_vec(),
+        let bodies = bodies.map(|((body, displacement), &index)| {
+            let (points, ends) = body.point_states();
+            BodyState {
+                body: index,
+                nodes: body.part.original[..body.part.n_owned].to_vec(),
+                displacement,
+                cells: if body.yields() { body.part.original_cells.clone() } else { Vec::new() },
+                ends: ends.to_vec(),
+                points: points.to_vec(),
+            }
         });
         State { factors: target.factors.clone(), bodies: bodies.collect(), pairs, energy }
     }

@@ -30,7 +30,7 @@ pub(crate) struct Clock {
 }
 
 /// What a step leaves for each body: contact nodal forces and displacements at the owned nodes.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Nodal {
     pub contact: Vec<Vec<f64>>,
     pub displacement: Vec<Vec<f64>>,

@@ -6,7 +6,7 @@ use super::{
     task::{Scene, Solution, Target},
 };
 use crate::{
-    body::{Accuracy, Extent, LoadFactors, Unbalanced},
+    body::{Accuracy, Body, Extent, LoadFactors, Unbalanced},
     case::PlasticityCase,
     error::{Error, Result},
     material::{PointState, Tangent},
@@ -14,7 +14,7 @@ use crate::{
     scene::Plan,
     vector::{larger, ratio, smaller},
 };
-use std::collections::HashMap;
+use std::{borrow::Cow, collections::HashMap};
 
 /// Iterations in a row whose residual grows, after which they lead nowhere.
 const GROWING: usize = 3;
@@ -47,6 +47,8 @@ pub(super) struct Newton {
     searches: bool,
     /// This iterate: displacements and contact forces at the owned nodes of each body.
     at: Nodal,
+    /// The last iterate of which all points were looked at: what is left if there is no equilibrium.
+    pub whole: Nodal,
     /// Whether the supports' displacements are those of the increment: after the first iteration.
     moved: bool,
     growing: usize,
@@ -79,8 +81,8 @@ struct Missing {
 }
 
 impl Engine {
-    /// Begins an increment: the points at the state `from`, the bodies elastic. Starts that guess what will yield, where the last
-    /// increment leads, take as many iterations on a plastic indentation (58 in place of 56), and a factorisation more. Collective.
+    /// Begins an increment: the points at the state `from`, the bodies elastic, with the factor they have. Starts that guess what will
+    /// yield, where the last increment leads, took as many iterations on a plastic indentation, and a factorisation more. Collective.
     pub(super) fn begin(&mut self, scene: &Scene, from: &State) -> Result<Newton> {
         let Scene { case, plan, .. } = *scene;
         let PlasticityCase { tolerance, max_iterations: limit, tangent, .. } = case.plasticity;
@@ -88,11 +90,14 @@ impl Engine {
         self.set_points(plan, from)?;
         self.bodies.iter_mut().for_each(|body| body.start_elastic());
         self.linearise(plan)?;
+        let contact = start.iter().map(|u| vec![0.0; u.len()]).collect();
+        let at = Nodal { contact, displacement: start };
         Ok(Newton {
             tolerance,
             limit,
             searches: tangent == Tangent::Consistent,
-            at: Nodal { contact: vec![Vec::new(); start.len()], displacement: start },
+            whole: at.clone(),
+            at,
             moved: false,
             growing: 0,
             residuals: Vec::new(),
@@ -141,14 +146,19 @@ impl Engine {
                 (end.displacement, end.contact) = between(&newton.at, end, share);
             }
         }
-        if newton.is_solved(share, &now) && extent == Extent::Iterated {
+        let mut looked = extent == Extent::All;
+        if newton.is_solved(share, &now) && !looked {
+            looked = true;
             // What was not iterated is looked at as well.
             *end = self.recover(plan, solution, Accuracy::Refined)?;
             self.bring_to(plan, &end.displacement)?;
             now = self.missing(plan, &end.contact, &motion);
         }
         newton.residuals.push(now.ratio);
-        newton.at = Nodal { contact: end.contact.clone(), displacement: end.displacement.clone() };
+        newton.at = end.clone();
+        if looked {
+            newton.whole = end.clone();
+        }
         newton.moved = true;
         if newton.is_solved(share, &now) {
             return Ok(Progress::Solved);
@@ -175,9 +185,9 @@ impl Engine {
 
     /// Begins at the points of a state. Collective.
     fn set_points(&mut self, plan: &Plan, from: &State) -> Result<()> {
-        let points = std::iter::zip(&self.bodies, plan.groups.bodies())
-            .map(|(body, &index)| points_of(from, index, &body.part.original_cells))
-            .collect::<Result<Vec<_>>>();
+        let of_body = |(body, &index): (&Body, &usize)| points_of(from, index, &body.part.original_cells);
+        let points =
+            std::iter::zip(&self.bodies, plan.groups.bodies()).map(of_body).collect::<Result<Vec<_>>>();
         for (body, points) in std::iter::zip(&mut self.bodies, agree(&plan.groups.world, points)?) {
             body.begin(points.as_deref());
         }
@@ -330,23 +340,48 @@ fn between(from: &Nodal, to: &Nodal, share: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>
 
 /// True if a stiffness cannot be factorised: with the moduli of an iteration there is no equilibrium.
 fn is_of_stiffness(error: &Error) -> bool {
-    matches!(error, Error::Indefinite(_) | Error::Internal(_) | Error::NotConverged(_) | Error::NotFinite(_))
+    matches!(error, Error::Indefinite(_) | Error::NotConverged(_) | Error::NotFinite(_))
 }
 
 /// The points of the `cells` of a body; `None` if nothing is known of them: they have not yielded.
-fn points_of(state: &State, body: usize, cells: &[u32]) -> Result<Option<Vec<PointState>>> {
+fn points_of<'s>(state: &'s State, body: usize, cells: &[u32]) -> Result<Option<Cow<'s, [PointState]>>> {
     let Some(known) = state.bodies.iter().find(|b| b.body == body).filter(|b| !b.cells.is_empty()) else {
         return Ok(None);
     };
     if known.cells == cells {
-        return Ok(Some(known.points.clone()));
+        return Ok(Some(Cow::Borrowed(&known.points)));
     }
-    // A state of other ranks: by its cells, all of one kind.
-    let per_cell = known.points.len() / known.cells.len();
+    // A state of other ranks: by its cells.
+    let first = std::iter::once(0).chain(known.ends.iter().copied());
+    let ranges = std::iter::zip(first, &known.ends).map(|(first, end)| first as usize..*end as usize);
     let of_cell: HashMap<u32, &[PointState]> =
-        std::iter::zip(known.cells.iter().copied(), known.points.chunks_exact(per_cell)).collect();
+        std::iter::zip(known.cells.iter().copied(), ranges.map(|range| &known.points[range])).collect();
     let found: Option<Vec<&[PointState]>> = cells.iter().map(|cell| of_cell.get(cell).copied()).collect();
-    found
-        .map(|points| Some(points.concat()))
-        .ok_or_else(|| Error::internal("the state lacks cells of the mesh"))
+    let found = found.map(|points| Some(Cow::Owned(points.concat())));
+    found.ok_or_else(|| Error::internal("the state lacks cells of the mesh"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::BodyState;
+
+    /// Points of mixed cells, in the order of this rank, of a state in the order of others, some cells twice.
+    #[test]
+    fn points_are_found_by_their_cells() {
+        let point = |equivalent: f64| PointState { equivalent, ..PointState::default() };
+        let (quad, triangle) = ([1.0, 2.0, 3.0, 4.0].map(point), [5.0].map(point));
+        let mut state = State::start();
+        assert_eq!(points_of(&state, 3, &[7, 9]).unwrap(), None);
+        state.bodies.push(BodyState {
+            body: 3,
+            cells: vec![9, 7, 9],
+            ends: vec![1, 5, 6],
+            points: [&triangle[..], &quad, &triangle].concat(),
+            ..BodyState::default()
+        });
+        assert_eq!(points_of(&state, 3, &[7, 9]).unwrap().unwrap(), [&quad[..], &triangle].concat());
+        assert_eq!(points_of(&state, 3, &[9]).unwrap().unwrap(), &triangle[..]);
+        assert!(points_of(&state, 3, &[8]).is_err());
+    }
 }

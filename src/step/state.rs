@@ -49,6 +49,9 @@ pub struct BodyState {
     /// Mesh cells whose points are known, of a body that yields: of several ranks, some twice.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cells: Vec<u32>,
+    /// Where the points of each end.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ends: Vec<u32>,
     /// Their points, one cell after the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointState>,

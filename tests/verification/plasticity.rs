@@ -1,6 +1,9 @@
 //! Bodies that yield in uniform states: exact answers to bars, blocks, cycles and layers.
 use super::{near, rectangle, solve_all, solve_within, value};
-use kontakt::{output::Results, vector::larger};
+use kontakt::{
+    output::{Field, Piece, Results},
+    vector::larger,
+};
 use serde_json::Value;
 
 pub(super) const KINDS: [&str; 4] = ["tri3", "tri6", "quad4", "quad8"];
@@ -57,6 +60,43 @@ fn a_bar_yields_and_unloads() {
         assert!(largest(&results, "stress") < 1e-9 * 250e6, "{}", largest(&results, "stress"));
         let unloading = value(&summary, "steps.2.plasticity.iterations");
         near(unloading, 1.0, 0.0, "iterations to no load");
+    }
+}
+
+/// Loaded to the yield point, then beyond in one increment, which the mean of the stresses at both ends then works in: sy p + H p^2 / 2.
+#[test]
+fn fields_are_those_of_the_bar() {
+    let material = "young = 2e11, poisson = 0.3, plasticity = { yield_stress = 250e6, hardening = 2e9 }";
+    let (p, work) = (2.5e-2, 250e6 * 2.5e-2 + 1e9 * 2.5e-2 * 2.5e-2);
+    for (stresses, yielding) in [(&[250.0, 300.0][..], 1.0), (&[250.0, 300.0, 100.0], 0.0)] {
+        let text = bar("stress", "quad8", material, "", stresses);
+        let (summary, results) = solve_all(&text, 2, &[]);
+        let all = |fields: &[Field], name: &str, expected: &[f64]| {
+            let field = fields.iter().find(|field| field.name == name).expect("the field is there");
+            assert!(!field.values.is_empty());
+            for (i, found) in field.values.iter().enumerate() {
+                let expected = expected[i % expected.len()];
+                near(*found, expected, 1e-9 * larger(expected.abs(), p), name);
+            }
+        };
+        let Piece { point_fields, cell_fields, .. } = &results.piece;
+        let tensor = [p, -0.5 * p, -0.5 * p, 0.0, 0.0, 0.0];
+        for fields in [point_fields, cell_fields] {
+            all(fields, "plastic_strain", &tensor);
+            all(fields, "equivalent_plastic_strain", &[p]);
+        }
+        all(cell_fields, "plastic_work", &[work]);
+        all(cell_fields, "yielding", &[yielding]);
+        let volume = 0.1 * 0.04;
+        near(
+            value(&summary, "plasticity.bodies.b.work"),
+            work * volume,
+            1e-9 * work * volume,
+            "plastic work",
+        );
+        near(value(&summary, "energy.plastic"), work * volume, 1e-9 * work * volume, "plastic work");
+        near(value(&summary, "plasticity.bodies.b.plastic_volume"), 1.0, 1e-12, "volume");
+        near(value(&summary, "plasticity.plastic_fraction"), yielding, 0.0, "cells that yield");
     }
 }
 
