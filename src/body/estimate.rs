@@ -66,12 +66,13 @@ pub fn condense_estimate(n_dofs: usize, n_interface_dofs: usize, dim: usize) -> 
     }
 }
 
-/// Share of a factorisation of the whole body that one of its zone may take at most: above it, what the zone saves goes into condensing
-/// the rest whenever it grows (measured on indentations of 5 to 160 thousand unknowns).
+/// Share of a factorisation of the whole body that one of its zone may take at most: what the zone saves above it goes into condensing the
+/// rest whenever it grows. Of ten steps of an indentation with 5 to 77 thousand unknowns (`scripts/bench --only plasticity`, and twice as
+/// deep) zones of up to two thirds of the cells were cheaper than the whole, the largest by 5 to 15 %.
 const WORTH_IT: f64 = 0.7;
 
-/// Unknowns below which a factorisation is too short for anything to be saved.
-const SMALLEST: usize = 4000;
+/// Unknowns below which a factorisation is too short for anything to be saved; bodies of 2600 still saved a fifth.
+const SMALLEST: usize = 2000;
 
 /// Operations of a dense front take this share of the time of those of many small ones.
 const DENSE: f64 = 1.0 / 3.0;

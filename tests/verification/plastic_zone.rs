@@ -96,7 +96,8 @@ fn an_elastic_neighbour_is_factorised_once() {
     let smooth = text.replace("friction = 0.2\n", "");
     let expected = numbers(&solve_all(&smooth, 2, &[]).0);
     let by_solver = smooth.replace("name = \"block\"", "name = \"block\"\nresponse = \"solver\"");
-    let relaxed = smooth.replace("[[contact]]", "[alternation]\ndriver = \"relaxed\"\n[[contact]]");
+    let relaxed = smooth
+        .replace("[[contact]]", "[alternation]\ndriver = \"relaxed\"\ntransfer = \"mortar\"\n[[contact]]");
     let followed = smooth.replace("[[contact]]\n", "[[contact]]\ngeometry = \"updated\"\n");
     // Normals that turn by 1e-4 change what is found by as much.
     for (what, text, allowed) in

@@ -142,7 +142,9 @@ follow from the stress alone, a non-linear elastic law by variable elasticity pa
 proportion, at one increment.\n\n\
 Iteration: `newton` with the tangent that belongs to the increment. `secant`, only with `deformation`, is the method of variable \
 elasticity parameters as it is printed: each iteration is an elastic body whose moduli at each point are the secant ones of the \
-iteration before. It gets to the same answer in many more iterations.",
+iteration before. It gets to the same answer in many more iterations.\n\n\
+A body that yields all over without hardening has no one answer: any part of it may go on stretching. In plane stress the enhanced \
+quad4, whose bending is then free, finds no equilibrium there; take quad8, or a little hardening.",
     keys: &[
         key("theory", Choice(&["flow", "deformation"]), is("\"flow\""), "What plastic strains follow."),
         key("iteration", Choice(&["newton", "secant"]), is("\"newton\""), "The stiffness of an iteration."),
